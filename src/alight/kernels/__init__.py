@@ -1,0 +1,6 @@
+"""From expression to running code: CasADi's virtual machine, or C compiled on the spot."""
+
+from alight.kernels.program import Program, Runner
+from alight.kernels.select import BACKENDS, runner
+
+__all__ = ["BACKENDS", "Program", "Runner", "runner"]

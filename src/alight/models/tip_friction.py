@@ -1,0 +1,53 @@
+"""Friction between tip and body along X2, with true sticking."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import annotated_types as at
+
+from alight.symbolic.ops import Scalar, fabs, maximum, minimum, where, sin
+from alight.symbolic.parameters import NonNegative, Positive, Quantity, parameters
+
+_HALF_TURN = 3.141592653589793
+
+
+@parameters
+class TipFriction:
+    """Single-state elastoplastic friction, scaled by the normal force.
+
+    Below the break-away fraction of its full deflection the bristle is purely elastic: the tip
+    sticks without the creep of the LuGre model, so that a steady-state error can persist.
+
+    Dupont, Hayward, Armstrong and Altpeter, "Single state elastoplastic friction models", IEEE
+    Trans. Autom. Control 47(5), 2002. The scaling by the normal force and the relaxation out of
+    contact are our own.
+    """
+
+    mu: Annotated[NonNegative, Quantity("", "friction coefficient; 0 turns friction off")] = 0.0
+    deflection: Annotated[
+        Positive, Quantity("m", "bristle deflection at which the tip slides fully")
+    ] = 1e-4
+    damping: Annotated[NonNegative, Quantity("s", "bristle damping over bristle stiffness")] = 1e-3
+    breakaway: Annotated[
+        float, at.Gt(0), at.Lt(1), Quantity("", "fraction of the deflection that stays elastic")
+    ] = 0.7
+    release: Annotated[Positive, Quantity("s", "time in which a free bristle relaxes")] = 1e-3
+
+    def plasticity(self, z: Scalar, v: Scalar) -> Scalar:
+        """Share of the motion that slides: 0 sticks, 1 slides fully (alpha of Dupont et al.)."""
+        ratio = fabs(z) / self.deflection
+        phase = minimum(maximum((ratio - self.breakaway) / (1 - self.breakaway), 0.0), 1.0)
+        sliding = (1 + sin(_HALF_TURN * (phase - 0.5))) / 2
+        return where(z * v > 0, sliding, 0.0)
+
+    def z_dot(self, z: Scalar, v: Scalar, Lambda: Scalar) -> Scalar:
+        """Rate of the bristle deflection ``z`` [m/s] at the sliding speed ``v`` [m/s]."""
+        sticking = v * (1 - self.plasticity(z, v) * fabs(z) / self.deflection)
+        return where(Lambda > 0, sticking, -z / self.release)
+
+    def force(self, z: Scalar, v: Scalar, F_m: Scalar) -> Scalar:
+        """Force [N] on the body along X2 under the normal force ``F_m`` [N]."""
+        touching = where(F_m > 0, 1.0, 0.0)
+        strain = (z + self.damping * self.z_dot(z, v, touching)) / self.deflection
+        return self.mu * F_m * strain

@@ -1,0 +1,1 @@
+"""The closed loop in time: one run, its recording, its verdict."""

@@ -1,0 +1,1 @@
+"""Named expressions: the only folder that knows CasADi's sharp edges."""
