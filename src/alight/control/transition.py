@@ -92,9 +92,10 @@ class ContactTransitionLaw(Law):
     def theta_dk_hat_dot(self, x_m: Scalar, eta_m: Scalar, theta_dk_hat: Scalar) -> Scalar:
         """Rate of the estimate of ``k_s / K_I``, (27); zero where it is known."""
 
-    def _filter_rates(
+    def filter_rates(
         self, x_m: Scalar, x_m_dot: Scalar, u_f: Scalar, theta_dk_hat: Scalar
     ) -> tuple[Scalar, Scalar, Scalar]:
+        """Filtered error ``eta_m`` (17) [m/s], and the rates (18) and (27)."""
         e_m = self.target.x_md - x_m
         eta_m = error_system.eta_m(self.gains, e_m, x_m_dot, u_f)
         u_f_dot = error_system.u_f_dot(self.gains, e_m, eta_m, u_f)
@@ -104,7 +105,7 @@ class ContactTransitionLaw(Law):
         self, x_m: Scalar, x_m_dot: Scalar, u_f: Scalar, theta_dk_hat: Scalar
     ) -> Scalar:
         """Rate of (25) along (18) and (27) [m/s]: the paper's (45)."""
-        _, u_f_dot, theta_dot = self._filter_rates(x_m, x_m_dot, u_f, theta_dk_hat)
+        _, u_f_dot, theta_dot = self.filter_rates(x_m, x_m_dot, u_f, theta_dk_hat)
         return time_derivative(
             self.x_rd1, [x_m, u_f, theta_dk_hat], [x_m_dot, u_f_dot, theta_dot], constants=self
         )
@@ -113,7 +114,7 @@ class ContactTransitionLaw(Law):
         self, x_m: Scalar, x_m_dot: Scalar, u_f: Scalar, theta_dk_hat: Scalar, x_m_ddot: Scalar
     ) -> Scalar:
         """Rate of (45) [m/s^2] for a given acceleration of the mass: (46), with erratum E2."""
-        _, u_f_dot, theta_dot = self._filter_rates(x_m, x_m_dot, u_f, theta_dk_hat)
+        _, u_f_dot, theta_dot = self.filter_rates(x_m, x_m_dot, u_f, theta_dk_hat)
         return time_derivative(
             self.x_rd1_dot,
             [x_m, x_m_dot, u_f, theta_dk_hat],
@@ -128,7 +129,7 @@ class ContactTransitionLaw(Law):
         arm, g = self.model.arm, self.gains
         x_r, x_r_dot = arm.x_r(measured.q), arm.J(measured.q) @ measured.q_dot
         filtered = (measured.x_m, measured.x_m_dot, u_f, theta_dk_hat)
-        eta_m, u_f_dot, theta_dk_hat_dot = self._filter_rates(*filtered)
+        eta_m, u_f_dot, theta_dk_hat_dot = self.filter_rates(*filtered)
         x_rd = vector(self.x_rd1(measured.x_m, u_f, theta_dk_hat), self.target.x_rd2)
         x_rd_dot = vector(self.x_rd1_dot(*filtered), 0.0)
         e_r, e_r_dot = x_rd - x_r, x_rd_dot - x_r_dot

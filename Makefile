@@ -1,0 +1,77 @@
+# make reproduce   both experiments of the paper, from nothing but Python 3.11-3.14 and make
+# make test        everything that CI runs
+# make help        the other targets
+#
+# Another interpreter: make PYTHON=python3.12 reproduce
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+SITE   := docs/_build/html
+
+# Wheels only: a machine without a C compiler must never meet a source build.
+PIP    := $(BIN)/python -m pip --disable-pip-version-check --no-input
+LOCKED := --require-hashes --only-binary :all: --quiet --progress-bar off
+LOCK   := uv pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
+          --generate-hashes --no-header --no-annotate --no-emit-index-url \
+          pyproject.toml requirements/build.in
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help reproduce test lint types imports docs tests format install lock clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+reproduce: $(VENV)/runtime.stamp ## both experiments, every claim, the figures
+	$(BIN)/alight reproduce
+
+# One after the other, cheapest first, whatever -j says.
+test: ## everything that CI runs
+	+@for check in lint types imports docs tests; do \
+	    echo "== $$check"; $(MAKE) --no-print-directory $$check || exit 1; done
+
+lint: $(VENV)/test.stamp ## style and formatting
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/test.stamp ## static types of src
+	$(BIN)/mypy
+
+imports: $(VENV)/test.stamp ## which folder may import which
+	$(BIN)/lint-imports
+
+docs: $(VENV)/test.stamp ## the site, warnings as errors, no network
+	$(BIN)/sphinx-build -W --keep-going -q docs $(SITE)
+	@echo "$(SITE)/index.html"
+
+tests: $(VENV)/test.stamp ## the test suite
+	$(BIN)/pytest -n 2
+
+format: $(VENV)/test.stamp ## rewrite the code in the agreed format
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+install: $(VENV)/test.stamp ## the environment of `make test`, and nothing more
+
+# The stamps make a second call free: they are older than their lock only after a change of it.
+$(VENV)/%.stamp: requirements/%.txt pyproject.toml | $(BIN)/python
+	@echo "== installing $< into $(VENV): a minute or two, without output"
+	@$(PIP) install $(LOCKED) -r $<
+	@$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; (3, 11) <= sys.version_info < (3, 15) or sys.exit( \
+	    "the locked wheels are for Python 3.11 to 3.14; this is %d.%d. " \
+	    "Name another: make PYTHON=python3.13 ..." % sys.version_info[:2])'
+	$(PYTHON) -m venv $(VENV)
+
+lock: ## renew requirements/*.txt from pyproject.toml (needs uv; add UPGRADE=--upgrade)
+	$(LOCK) $(UPGRADE) --extra identify --output-file requirements/runtime.txt
+	$(LOCK) $(UPGRADE) --extra test --constraint requirements/runtime.txt \
+	    --output-file requirements/test.txt
+
+clean: ## remove what the targets above made, the environment included
+	rm -rf $(VENV) docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache \
+	    .hypothesis .import_linter_cache

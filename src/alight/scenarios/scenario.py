@@ -1,0 +1,108 @@
+"""A scenario: everything that a run needs, and where its numbers come from."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from alight.control import Target
+from alight.control.law import Law
+from alight.models import Plant
+from alight.simulation.closed_loop import ClosedLoop, InitialState
+from alight.symbolic.parameters import Pair, Positive, Quantity, parameters
+from alight.testbed import Testbed
+
+Elbow = Literal["+", "-"]
+
+
+@parameters
+class Start:
+    """Where a run starts: the tip and the mass, at rest."""
+
+    x_r: Annotated[Pair, Quantity("m", "tip position, (40)")]
+    x_m: Annotated[float, Quantity("m", "position of the mass, (40)")]
+    elbow: Annotated[Elbow, Quantity("", "sign of the second joint angle")] = "+"
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a number comes from: printed in the paper, or assumed."""
+
+    kind: Literal["published", "assumed"]
+    note: str
+    """The equation or section, or the reason."""
+
+
+@parameters
+class Document:
+    """What stands in a scenario file, its law still as a table."""
+
+    plant: Plant
+    testbed: Testbed
+    start: Start
+    target: Target
+    law: dict[str, Any]
+    title: str = ""
+    description: str = ""
+    duration: Annotated[Positive, Quantity("s", "length of the run")] = 10.0
+    steady_state: Annotated[
+        Positive, Quantity("s", "last part of the run, over which steady-state peaks are taken")
+    ] = 2.0
+    seed: Annotated[int, Quantity("", "seed of the sensor noise"), pydantic.Field(ge=0)] = 0
+    substeps: Annotated[
+        int, Quantity("", "integrator steps in one sample"), pydantic.Field(ge=1)
+    ] = 4
+
+    def __post_init__(self) -> None:
+        if self.steady_state > self.duration:
+            raise ValueError(
+                f"steady_state = {self.steady_state} must not be longer than "
+                f"duration = {self.duration}"
+            )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Plant, testbed, law, start and target with numbers; the two experiments are scenarios."""
+
+    name: str
+    document: Document
+    law: Law
+    start: InitialState
+    provenance: Mapping[str, Provenance] = field(default_factory=dict)
+    """Source of each value that states one, by path."""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    """The validated file as plain data, for recordings and reports."""
+
+    @property
+    def title(self) -> str:
+        """One line about the scenario."""
+        return self.document.title or self.name
+
+    @property
+    def plant(self) -> Plant:
+        """The truth that is simulated."""
+        return self.document.plant
+
+    @property
+    def testbed(self) -> Testbed:
+        """Sensors, motors and clock."""
+        return self.document.testbed
+
+    @property
+    def target(self) -> Target:
+        """Where mass and tip shall come to rest."""
+        return self.document.target
+
+    @property
+    def closed_loop(self) -> ClosedLoop:
+        """What is built and run."""
+        return ClosedLoop(self.plant, self.testbed, self.law, self.document.substeps)
+
+    def with_law(self, law: Law) -> Scenario:
+        """Return the same scenario under another law."""
+        return dataclasses.replace(self, law=law)

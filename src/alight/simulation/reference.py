@@ -1,0 +1,142 @@
+"""The reference: the continuous closed loop by an adaptive solver, contact located as an event."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from alight.control.transition import ContactTransitionLaw
+from alight.errors import AlightError
+from alight.simulation.closed_loop import (
+    PLANT,
+    PLANT_SIGNALS,
+    ClosedLoop,
+    InitialState,
+    plant_signals,
+)
+from alight.simulation.continuous import continuous_rates, join_state, split_state
+from alight.simulation.recording import Recording
+from alight.simulation.verdict import Outcome, Verdict
+from alight.models import PlantState
+from alight.symbolic.build import build
+from alight.symbolic.signals import Layout, Signal
+
+FILTER_MARGIN = 1e-9
+"""Distance of ``u_f`` from 1 at which a reference run ends."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A run of the continuous closed loop."""
+
+    recording: Recording
+    switches: np.ndarray
+    """Times at which contact began or ended [s]."""
+
+
+def reference(
+    loop: ClosedLoop,
+    start: InitialState,
+    times: np.ndarray,
+    *,
+    rtol: float = 1e-9,
+    atol: float = 1e-11,
+    method: str = "DOP853",
+) -> Reference:
+    """Integrate the closed loop in continuous time, with perfect sensors.
+
+    The integration stops and starts afresh at each instant at which contact begins or ends, so
+    that no step straddles the kink of (7).
+
+    Parameters
+    ----------
+    loop : ClosedLoop
+        Its testbed gives the torque limits; sampling, sensors and delay are left out.
+    start : InitialState
+        Where the run starts.
+    times : (n,) array
+        Times of the samples [s], increasing, the first at or after 0.
+    rtol, atol : float
+        Tolerances of the solver.
+    method : str
+        Method of `scipy.integrate.solve_ivp`.
+
+    Raises
+    ------
+    AlightError
+        If the law is not stated in continuous time.
+    """
+    if not isinstance(loop.law, ContactTransitionLaw):
+        raise AlightError(
+            f"{type(loop.law).__name__} is a sampled law; the reference needs one that states its "
+            "flow in continuous time (a subclass of ContactTransitionLaw)"
+        )
+    rates, observe, layout = _functions(loop, loop.law)
+    plant = PlantState(np.array(start.q), np.array(start.q_dot), start.x_m, start.x_m_dot, 0.0)
+    x = join_state(loop.law, plant, loop.law.initial_state())
+    u_f = x.size - Layout(loop.law.states).size
+    solver = _Switching(rates, u_f, dict(rtol=rtol, atol=atol, method=method))
+    states, verdict = solver.solve(x, np.asarray(times, dtype=float))
+    samples = np.asarray(observe.map(states.shape[1])(states)).T
+    t = np.asarray(times, dtype=float)[: len(samples)]
+    return Reference(Recording(t, samples, layout, verdict), np.array(solver.switches))
+
+
+def _functions(
+    loop: ClosedLoop, law: ContactTransitionLaw
+) -> tuple[ca.Function, ca.Function, Layout]:
+    column = ca.SX.sym("x", state_size(law))
+    moving, signals = continuous_rates(loop.plant, law, column, loop.testbed.motors)
+    s, memory = split_state(law, column)
+    values = {**plant_signals(loop, s, signals["tau_applied"]), **memory, **signals}
+    known = {**PLANT_SIGNALS, **law.signals, **law.states, "tau": Signal("N m", "torque", 2)}
+    layout = Layout({name: known[name] for name in known if name in values})
+    rates = build("rates", {"x": column}, {"x_dot": moving, "gap": values["gap"]})
+    return rates, build("observe", {"x": column}, {"y": layout.pack(values)}), layout
+
+
+def state_size(law: ContactTransitionLaw) -> int:
+    """Number of states of the continuous closed loop."""
+    return PLANT.size + Layout(law.states).size
+
+
+class _Switching:
+    """Integrates from one change of contact to the next."""
+
+    def __init__(self, rates: ca.Function, u_f: int, options: dict[str, Any]) -> None:
+        self._rates, self._u_f, self._options = rates, u_f, options
+        self.switches: list[float] = []
+
+    def _x_dot(self, _: float, x: np.ndarray) -> np.ndarray:
+        return np.asarray(self._rates(x)[0])[:, 0]
+
+    def solve(self, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, Verdict]:
+        """States at the given times, one column each, and how the run ended."""
+
+        def gap(_: float, x: np.ndarray) -> float:
+            return float(self._rates(x)[1])
+
+        def margin(_: float, x: np.ndarray) -> float:
+            return 1 - FILTER_MARGIN - abs(x[self._u_f])
+
+        gap.terminal = margin.terminal = True  # type: ignore[attr-defined]
+        columns, t, end = [], 0.0, float(times[-1])
+        while True:
+            inside = times[(times >= t) & (times <= end)] if not columns else times[times > t]
+            part = solve_ivp(
+                self._x_dot, (t, end), x, t_eval=inside, events=[gap, margin], **self._options
+            )
+            columns.append(np.reshape(part.y, (len(x), len(part.t))))
+            if part.status == 0:
+                return np.hstack(columns), Verdict(Outcome.COMPLETED, end)
+            if part.status < 0 or part.t_events[1].size:
+                last = float(part.t_events[1][0]) if part.t_events[1].size else float(t)
+                cause = "the filter left its domain" if part.status > 0 else str(part.message)
+                outcome = Outcome.TRIPPED if part.status > 0 else Outcome.DIVERGED
+                return np.hstack(columns), Verdict(outcome, last, "u_f", cause)
+            t, x = float(part.t_events[0][0]), part.y_events[0][0]
+            self.switches.append(t)

@@ -1,0 +1,159 @@
+"""One run of a closed loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from alight.control.law import Law, PlainLaw
+from alight.control.measurement import Measurement
+from alight.kernels import Runner, runner
+from alight.kernels.select import Backend
+from alight.simulation.closed_loop import (
+    MEASURED_SIGNALS,
+    PLANT,
+    PLANT_SIGNALS,
+    SENSORS,
+    TRIPS,
+    ClosedLoop,
+    InitialState,
+    plain_programs,
+    tick_program,
+)
+from alight.simulation.recording import Recording
+from alight.simulation.verdict import Outcome, Verdict
+from alight.symbolic.signals import Layout
+
+BLOCK = 2048
+"""Ticks between two reports of progress."""
+
+Progress = Callable[[float], None]
+"""Told the share of the run that is done."""
+
+
+def run(
+    loop: ClosedLoop,
+    start: InitialState,
+    duration: float,
+    *,
+    seed: int = 0,
+    channels: tuple[str, ...] | None = None,
+    backend: Backend = "auto",
+    progress: Progress | None = None,
+) -> Recording:
+    """Run a closed loop from a start and record its signals at every sample.
+
+    Parameters
+    ----------
+    loop : ClosedLoop
+        Plant, testbed and law.
+    start : InitialState
+        Joint angles [rad] and position of the mass [m] at the first sample.
+    duration : float
+        Length of the run [s].
+    seed : int
+        Seed of the sensor noise; the same seed gives the same run on every backend.
+    channels : tuple of str, optional
+        Signals to record; all of them if absent.
+    backend : {"auto", "vm", "c"}
+        See `alight.kernels.runner`; a law in plain Python does not use it.
+    progress : callable, optional
+        Called now and then with the share that is done.
+
+    Returns
+    -------
+    Recording
+        Up to the end, or up to the sample at which the run ended early; see its ``verdict``.
+    """
+    ticks = max(int(round(duration / loop.dt)), 1)
+    noise = np.random.default_rng(seed).standard_normal(ticks)
+    made: Runner
+    if isinstance(loop.law, PlainLaw):
+        made, recorded = _PlainLoop(loop, loop.law), Layout(loop.signals)
+    else:
+        program = tick_program(loop, channels)
+        made, recorded = runner(program, backend), program.recorded
+    x, p = loop.initial_column(start), loop.parameter_values()
+    rows: list[np.ndarray] = []
+    for first in range(0, ticks, BLOCK):
+        block = noise[first : first + BLOCK]
+        x, y = made.run(x, block, p)
+        rows.append(y)
+        if progress is not None:
+            progress(min(first + len(y), ticks) / ticks)
+        if len(y) < len(block) or y[-1, -1] or not np.isfinite(y[-1]).all():
+            break
+    y = np.concatenate(rows)
+    t = np.arange(len(y)) * loop.dt
+    recording = Recording(t, y[:, :-1], recorded, _verdict(y, t, recorded, loop.law))
+    if isinstance(loop.law, PlainLaw) and channels is not None:
+        return select(recording, channels)
+    return recording
+
+
+def select(recording: Recording, channels: tuple[str, ...]) -> Recording:
+    """The recording of the given signals only."""
+    layout = Layout({n: s for n, s in recording.layout.signals.items() if n in channels})
+    columns = [recording[name].reshape(len(recording), -1) for name in layout.signals]
+    return Recording(
+        recording.t, np.hstack(columns), layout, recording.verdict, recording.scenario
+    )
+
+
+def _verdict(y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law) -> Verdict:
+    """Read off the last row how the run ended."""
+    end, code = float(t[-1]), int(y[-1, -1]) if np.isfinite(y[-1, -1]) else 0
+    strange = ~np.isfinite(y[-1, :-1])
+    if code in law.trips:
+        return Verdict(Outcome.TRIPPED, end, "u_f" if "u_f" in law.states else None, law.trips[code])
+    if code in TRIPS:
+        with np.errstate(invalid="ignore"):
+            largest = int(np.argmax(np.abs(np.where(strange, 0.0, y[-1, :-1]))))
+        return Verdict(Outcome.DIVERGED, end, recorded.columns[largest], TRIPS[code])
+    if strange.any():
+        name = recorded.columns[int(np.argmax(strange))]
+        return Verdict(Outcome.NOT_FINITE, end, name, "it is infinite or not a number")
+    return Verdict(Outcome.COMPLETED, end)
+
+
+class _PlainLoop:
+    """Runs a law in ordinary Python: CasADi for the plant, one Python call for each tick."""
+
+    name = "python"
+
+    def __init__(self, loop: ClosedLoop, law: PlainLaw) -> None:
+        self._loop, self._law = loop, law
+        self._sense, self._move = plain_programs(loop)
+        self._state = dict(law.initial_state())
+
+    def run(self, x: np.ndarray, w: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Run as many ticks as ``w`` has entries; see `Runner`."""
+        rows = []
+        for noise in w:
+            x, row = self._tick(x, float(noise), p)
+            rows.append(row)
+            if row[-1] or not np.isfinite(row).all():
+                break
+        return x, np.array(rows)
+
+    def _tick(self, x: np.ndarray, noise: float, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        plant, before, held = np.split(x, [PLANT.size, PLANT.size + SENSORS.size])
+        now, seen = (np.asarray(v)[:, 0] for v in self._sense(plant, before, noise, p))
+        measured = Measurement(**Layout.of(Measurement).unpack(seen))
+        tick = self._law.tick(self._state, measured, self._loop.dt)
+        clipped = self._loop.testbed.motors.clip(np.asarray(tick.tau, dtype=float))
+        applied = held if self._loop.testbed.delay else clipped
+        following, signals, trip = (
+            np.asarray(v)[:, 0] for v in self._move(plant, applied, p)
+        )
+        values = {
+            **Layout(PLANT_SIGNALS).unpack(signals),
+            **dict(zip(MEASURED_SIGNALS, measured, strict=True)),
+            **tick.signals,
+            **self._state,
+            "tau": tick.tau,
+        }
+        row = np.append(Layout(self._loop.signals).pack(values), tick.trip or trip[0])
+        self._state = dict(tick.state)
+        return np.concatenate([following, now, clipped if self._loop.testbed.delay else []]), row

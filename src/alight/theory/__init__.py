@@ -1,0 +1,7 @@
+"""Lyapunov functions, stability conditions, and a look at every signal of a law."""
+
+from alight.theory.inspection import inspect
+from alight.theory.local_stability import LocalStability, linearise, loc_margin
+from alight.theory.lyapunov import V, V_r
+
+__all__ = ["LocalStability", "V", "V_r", "inspect", "linearise", "loc_margin"]

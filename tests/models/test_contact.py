@@ -1,0 +1,165 @@
+"""Contact laws: (7)-(8) and the two damped ones never pull, and never give energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from alight.errors import InvalidParameters
+from alight.models import HuntCrossley, KelvinVoigt, LinearSpring, MassSpring
+from alight.simulation.integrate import rk4_step
+from alight.symbolic.derive import jacobian
+from tests.strategies import (
+    between,
+    contact_laws,
+    hunt_crossleys,
+    kelvin_voigts,
+    linear_springs,
+    log_between,
+    vectors,
+)
+
+GAPS = st.one_of(between(-1e-2, 1e-2), st.just(0.0))
+PENETRATIONS = log_between(1e-9, 1e-2)
+SPEEDS = between(-3.0, 3.0)
+
+
+@given(contact_laws(), GAPS, SPEEDS)
+def test_a_contact_pushes_and_never_pulls(contact, gap, gap_dot):
+    assert contact.force(gap, gap_dot) >= 0
+
+
+@given(contact_laws(), between(-1.0, -1e-300), SPEEDS)
+def test_in_free_motion_there_is_neither_force_nor_stored_energy(contact, gap, gap_dot):
+    assert contact.force(gap, gap_dot) == 0
+    assert contact.energy(gap) == contact.penetration(gap) == contact.Lambda(gap) == 0
+
+
+@given(contact_laws(), st.one_of(st.just(0.0), PENETRATIONS))
+def test_the_indicator_is_one_from_first_touch_on(contact, gap):  # (8)
+    assert contact.Lambda(gap) == 1
+    assert contact.penetration(gap) == gap
+
+
+@given(linear_springs(), GAPS, SPEEDS)
+def test_the_linear_spring_is_7(contact, gap, gap_dot):
+    assert contact.force(gap, gap_dot) == contact.K_I * contact.Lambda(gap) * gap
+
+
+@given(linear_springs(), GAPS, GAPS, SPEEDS)
+def test_the_linear_spring_is_continuous_with_its_stiffness_as_lipschitz_constant(
+    contact, gap, other, gap_dot
+):
+    change = abs(contact.force(gap, gap_dot) - contact.force(other, gap_dot))
+    assert change <= contact.K_I * abs(gap - other) * (1 + 1e-12)
+
+
+@given(linear_springs(), GAPS, SPEEDS)
+def test_damped_contacts_without_damping_are_the_linear_spring(contact, gap, gap_dot):
+    expected = contact.force(gap, gap_dot)
+    for other in (KelvinVoigt(K_I=contact.K_I), HuntCrossley(K_I=contact.K_I)):
+        assert other.force(gap, gap_dot) == pytest.approx(expected, rel=1e-15)
+        assert other.energy(gap) == pytest.approx(contact.energy(gap), rel=1e-15)
+
+
+@given(hunt_crossleys(), PENETRATIONS, SPEEDS)
+def test_hunt_crossley_is_continuous_at_first_touch_at_any_speed(contact, gap, gap_dot):
+    bound = contact.K_I * gap**contact.exponent * (1 + contact.dissipation * abs(gap_dot))
+    assert contact.force(gap, gap_dot) <= bound * (1 + 1e-12)
+    assert contact.force(0.0, gap_dot) == 0
+
+
+@given(kelvin_voigts(), SPEEDS)
+def test_kelvin_voigt_jumps_at_first_touch_by_its_damping_force(contact, gap_dot):
+    assert contact.force(0.0, gap_dot) == max(contact.damping * gap_dot, 0.0)
+
+
+@given(contact_laws(), PENETRATIONS)
+def test_at_rest_the_force_is_the_slope_of_the_stored_energy(contact, gap):
+    slope = float(np.squeeze(jacobian(contact.energy, gap)))
+    assert contact.force(gap, 0.0) == pytest.approx(slope, rel=1e-12)
+
+
+@given(contact_laws(), PENETRATIONS, SPEEDS)
+def test_at_every_instant_the_contact_takes_at_least_what_it_stores(contact, gap, gap_dot):
+    """Force times closing speed is no less than the rate of the stored energy: dissipation."""
+    taken = contact.force(gap, gap_dot) * gap_dot
+    stored = contact.force(gap, 0.0) * gap_dot
+    assert taken >= stored - 1e-13 * abs(stored)
+    if isinstance(contact, LinearSpring):
+        assert taken == stored
+
+
+@given(contact_laws(), between(-2e-3, 4e-3), vectors(6, 3e-3), log_between(1.0, 50.0))
+def test_the_work_over_a_closed_cycle_of_press_and_release_is_never_negative(
+    contact, offset, harmonics, omega
+):
+    """Any periodic motion, in and out of contact, by its Fourier series of three harmonics."""
+    n = 4000
+    phase = 2 * np.pi * np.arange(n) / n
+    orders = np.arange(1, 4)
+    waves = np.sin(np.outer(phase, orders)), np.cos(np.outer(phase, orders))
+    gap = offset + waves[0] @ harmonics[:3] + waves[1] @ harmonics[3:]
+    gap_dot = omega * (waves[1] @ (orders * harmonics[:3]) - waves[0] @ (orders * harmonics[3:]))
+    power = contact.force(gap, gap_dot) * gap_dot
+    work = power.mean() * 2 * np.pi / omega
+    # The rectangle rule on a periodic integrand with a kink errs by (2 pi / n)^2 of its size.
+    error = np.abs(power).max() * 2 * np.pi / omega * (2 * np.pi / n) ** 2
+    assert work >= -10 * error
+    damped = getattr(contact, "damping", 0.0) + getattr(contact, "dissipation", 0.0) > 0
+    if not damped:
+        assert abs(work) <= 10 * error + 1e-3 * contact.energy(gap.max())
+
+
+def restitution(contact: LinearSpring | KelvinVoigt | HuntCrossley, speed: float) -> float:
+    """Speed after over speed before a mass of 1 kg strikes a wall."""
+    body = MassSpring(m=1.0, k_s=1.0, x_0=0.0)
+    dt = 0.005 / np.sqrt(contact.K_I)
+
+    def rates(state: np.ndarray) -> np.ndarray:
+        return np.array([state[1], -contact.force(state[0], state[1]) / body.m])
+
+    state = np.array([0.0, speed])
+    while state[0] >= 0:
+        state = rk4_step(rates, state, dt)
+    return -state[1] / speed
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.0])
+def test_a_bounce_is_elastic_without_damping_and_weaker_with_more_of_it(speed):
+    assert restitution(LinearSpring(K_I=1e4), speed) == pytest.approx(1.0, abs=1e-6)
+    families = (
+        [KelvinVoigt(K_I=1e4, damping=c) for c in (0.0, 20.0, 60.0, 150.0)],
+        [HuntCrossley(K_I=1e4, exponent=1.5, dissipation=c) for c in (0.0, 0.2, 1.0, 3.0)],
+    )
+    for family in families:
+        bounces = [restitution(contact, speed) for contact in family]
+        assert bounces[0] == pytest.approx(1.0, abs=1e-6)
+        assert bounces == sorted(bounces, reverse=True) and bounces[-1] > 0
+        assert len(set(bounces)) == len(bounces)
+
+
+def test_kelvin_voigt_bounces_as_its_closed_solution_says():
+    """m x'' + c x' + K x = 0 until the force vanishes: the speed there, in closed form."""
+    K_I, damping = 1e4, 60.0
+    decay = damping / 2
+    wave = np.sqrt(K_I - decay**2)
+    # F = K x + c x' = -x'' vanishes first at tan(wave t) = 2 decay wave / (decay^2 - wave^2).
+    t = np.arctan2(2 * decay * wave, decay**2 - wave**2) / wave
+    speed = np.exp(-decay * t) * (np.cos(wave * t) - decay / wave * np.sin(wave * t))
+    found = restitution(KelvinVoigt(K_I=K_I, damping=damping), 1.0)
+    assert found == pytest.approx(-speed, rel=1e-4)
+
+
+def test_wrong_contacts_are_refused_by_field_and_value():
+    for make, wrong in (
+        (LinearSpring, {"K_I": 0.0}),
+        (KelvinVoigt, {"damping": -1.0}),
+        (HuntCrossley, {"exponent": 0.5}),
+        (HuntCrossley, {"dissipation": float("nan")}),
+    ):
+        name, value = next(iter(wrong.items()))
+        with pytest.raises(InvalidParameters, match=f"{name} = {value}"):
+            make(**wrong)
