@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from alight.control.transition import ContactTransitionLaw
+from alight.control.transition import FILTER_TRIP, ContactTransitionLaw
 from alight.errors import AlightError
+from alight.kernels.direct import Direct
 from alight.simulation.closed_loop import (
     PLANT,
     PLANT_SIGNALS,
@@ -108,35 +109,49 @@ class _Switching:
     """Integrates from one change of contact to the next."""
 
     def __init__(self, rates: ca.Function, u_f: int, options: dict[str, Any]) -> None:
-        self._rates, self._u_f, self._options = rates, u_f, options
+        self._rates, self._u_f, self._options = Direct(rates), u_f, options
         self.switches: list[float] = []
 
     def _x_dot(self, _: float, x: np.ndarray) -> np.ndarray:
-        return np.asarray(self._rates(x)[0])[:, 0]
+        return self._rates(x)[0]
+
+    def _gap(self, _: float, x: np.ndarray) -> float:
+        return float(self._rates(x)[1][0])
+
+    def _events(self, touching: bool) -> list[Any]:
+        def gap(t: float, x: np.ndarray) -> float:
+            return self._gap(t, x)
+
+        def margin(_: float, x: np.ndarray) -> float:
+            return float(1 - FILTER_MARGIN - abs(x[self._u_f]))
+
+        # a restart lies on the surface to rounding: only the way back across it is an event
+        gap.direction = -1 if touching else 1  # type: ignore[attr-defined]
+        gap.terminal = margin.terminal = True  # type: ignore[attr-defined]
+        return [gap, margin]
 
     def solve(self, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, Verdict]:
         """States at the given times, one column each, and how the run ended."""
-
-        def gap(_: float, x: np.ndarray) -> float:
-            return float(self._rates(x)[1])
-
-        def margin(_: float, x: np.ndarray) -> float:
-            return 1 - FILTER_MARGIN - abs(x[self._u_f])
-
-        gap.terminal = margin.terminal = True  # type: ignore[attr-defined]
         columns, t, end = [], 0.0, float(times[-1])
+        touching = self._gap(t, x) >= 0
         while True:
-            inside = times[(times >= t) & (times <= end)] if not columns else times[times > t]
+            inside = times[(times > t) | ((times >= t) & (not columns))]
             part = solve_ivp(
-                self._x_dot, (t, end), x, t_eval=inside, events=[gap, margin], **self._options
+                self._x_dot,
+                (t, end),
+                x,
+                t_eval=inside,
+                events=self._events(touching),
+                **self._options,
             )
             columns.append(np.reshape(part.y, (len(x), len(part.t))))
             if part.status == 0:
                 return np.hstack(columns), Verdict(Outcome.COMPLETED, end)
-            if part.status < 0 or part.t_events[1].size:
-                last = float(part.t_events[1][0]) if part.t_events[1].size else float(t)
-                cause = "the filter left its domain" if part.status > 0 else str(part.message)
-                outcome = Outcome.TRIPPED if part.status > 0 else Outcome.DIVERGED
-                return np.hstack(columns), Verdict(outcome, last, "u_f", cause)
-            t, x = float(part.t_events[0][0]), part.y_events[0][0]
+            if part.status < 0:
+                last = float(part.t[-1]) if len(part.t) else t
+                return np.hstack(columns), Verdict(Outcome.DIVERGED, last, None, part.message)
+            if part.t_events[1].size:
+                last, cause = float(part.t_events[1][0]), ContactTransitionLaw.trips[FILTER_TRIP]
+                return np.hstack(columns), Verdict(Outcome.TRIPPED, last, "u_f", cause)
+            t, x, touching = float(part.t_events[0][0]), part.y_events[0][0], not touching
             self.switches.append(t)

@@ -9,6 +9,7 @@ import numpy as np
 from alight.control.law import Law, PlainLaw
 from alight.control.measurement import Measurement
 from alight.kernels import Runner, runner
+from alight.kernels.direct import Direct
 from alight.kernels.select import Backend
 from alight.simulation.closed_loop import (
     MEASURED_SIGNALS,
@@ -124,7 +125,7 @@ class _PlainLoop:
 
     def __init__(self, loop: ClosedLoop, law: PlainLaw) -> None:
         self._loop, self._law = loop, law
-        self._sense, self._move = plain_programs(loop)
+        self._sense, self._move = (Direct(program) for program in plain_programs(loop))
         self._state = dict(law.initial_state())
 
     def run(self, x: np.ndarray, w: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -139,14 +140,12 @@ class _PlainLoop:
 
     def _tick(self, x: np.ndarray, noise: float, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         plant, before, held = np.split(x, [PLANT.size, PLANT.size + SENSORS.size])
-        now, seen = (np.asarray(v)[:, 0] for v in self._sense(plant, before, noise, p))
+        now, seen = self._sense(plant, before, noise, p)
         measured = Measurement(**Layout.of(Measurement).unpack(seen))
         tick = self._law.tick(self._state, measured, self._loop.dt)
         clipped = self._loop.testbed.motors.clip(np.asarray(tick.tau, dtype=float))
         applied = held if self._loop.testbed.delay else clipped
-        following, signals, trip = (
-            np.asarray(v)[:, 0] for v in self._move(plant, applied, p)
-        )
+        following, signals, trip = self._move(plant, applied, p)
         values = {
             **Layout(PLANT_SIGNALS).unpack(signals),
             **dict(zip(MEASURED_SIGNALS, measured, strict=True)),
