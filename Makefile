@@ -5,6 +5,7 @@
 # Another interpreter: make PYTHON=python3.12 reproduce
 
 PYTHON ?= python3
+UV     ?= uv
 VENV   := .venv
 BIN    := $(VENV)/bin
 SITE   := docs/_build/html
@@ -12,7 +13,7 @@ SITE   := docs/_build/html
 # Wheels only: a machine without a C compiler must never meet a source build.
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --no-input
 LOCKED := --require-hashes --only-binary :all: --quiet --progress-bar off
-LOCK   := uv pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
+LOCK   := $(UV) pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
           --generate-hashes --no-header --no-annotate --no-emit-index-url \
           pyproject.toml requirements/build.in
 
@@ -26,10 +27,7 @@ help: ## this list
 reproduce: $(VENV)/runtime.stamp ## both experiments, every claim, the figures
 	$(BIN)/alight reproduce
 
-# One after the other, cheapest first, whatever -j says.
-test: ## everything that CI runs
-	+@for check in lint types imports docs tests; do \
-	    echo "== $$check"; $(MAKE) --no-print-directory $$check || exit 1; done
+test: lint types imports docs tests ## everything that CI runs
 
 lint: $(VENV)/test.stamp ## style and formatting
 	$(BIN)/ruff check .
@@ -39,10 +37,10 @@ types: $(VENV)/test.stamp ## static types of src
 	$(BIN)/mypy
 
 imports: $(VENV)/test.stamp ## which folder may import which
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-logo
 
 docs: $(VENV)/test.stamp ## the site, warnings as errors, no network
-	$(BIN)/sphinx-build -W --keep-going -q docs $(SITE)
+	$(BIN)/sphinx-build --fresh-env -W --keep-going -q docs $(SITE)
 	@echo "$(SITE)/index.html"
 
 tests: $(VENV)/test.stamp ## the test suite
@@ -67,7 +65,7 @@ $(BIN)/python:
 	    "Name another: make PYTHON=python3.13 ..." % sys.version_info[:2])'
 	$(PYTHON) -m venv $(VENV)
 
-lock: ## renew requirements/*.txt from pyproject.toml (needs uv; add UPGRADE=--upgrade)
+lock: ## renew requirements/*.txt from pyproject.toml (needs uv; UPGRADE=--upgrade)
 	$(LOCK) $(UPGRADE) --extra identify --output-file requirements/runtime.txt
 	$(LOCK) $(UPGRADE) --extra test --constraint requirements/runtime.txt \
 	    --output-file requirements/test.txt

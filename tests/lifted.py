@@ -31,8 +31,7 @@ def lifted(
         found = function.call([values_of(parameters), *values])
         shaped = [v.full() for v in found]
         return {
-            name: v[:, 0] if v.shape[1] == 1 else v
-            for name, v in zip(outputs, shaped, strict=True)
+            name: v[:, 0] if v.shape[1] == 1 else v for name, v in zip(outputs, shaped, strict=True)
         }
 
     return evaluate

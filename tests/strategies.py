@@ -75,7 +75,8 @@ def links(draw: st.DrawFn) -> Links:
     length = (draw(between(0.15, 0.8)), draw(between(0.15, 0.8)))
     mass = (draw(between(0.3, 15.0)), draw(between(0.3, 15.0)))
     centre = tuple(draw(between(0.2, 0.8)) * span for span in length)
-    inertia = tuple(draw(between(0.02, 0.2)) * m * span**2 for m, span in zip(mass, length))
+    spread = (draw(between(0.02, 0.2)), draw(between(0.02, 0.2)))
+    inertia = tuple(s * m * span**2 for s, m, span in zip(spread, mass, length, strict=True))
     return Links(length, mass, centre, inertia)  # type: ignore[arg-type]
 
 

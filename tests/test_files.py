@@ -191,12 +191,18 @@ def test_a_new_file_gets_the_permissions_of_any_new_file(tmp_path):
 
 def test_reading_says_which_file_and_what_is_wrong(tmp_path):
     (tmp_path / "a.bin").write_bytes(b"abc")
-    with pytest.raises(FileError, match="cannot be read: No such file"):
-        with file_to_read(tmp_path / "none", "a file"):
-            pass
-    with pytest.raises(FileError, match="cannot be read: Is a directory"):
-        with file_to_read(tmp_path, "a file"):
-            pass
-    with pytest.raises(FileError, match=r"a\.bin: is damaged, or is not a number: .*'abc'"):
-        with file_to_read(tmp_path / "a.bin", "a number") as file:
-            int(file.read())
+    with (
+        pytest.raises(FileError, match="cannot be read: No such file"),
+        file_to_read(tmp_path / "none", "a file"),
+    ):
+        pass
+    with (
+        pytest.raises(FileError, match="cannot be read: Is a directory"),
+        file_to_read(tmp_path, "a file"),
+    ):
+        pass
+    with (
+        pytest.raises(FileError, match=r"a\.bin: is damaged, or is not a number: .*'abc'"),
+        file_to_read(tmp_path / "a.bin", "a number") as file,
+    ):
+        int(file.read())

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 class AlightError(ValueError):
-    """Something that the caller can mend; its text says what was wrong, where, and what is right."""
+    """Something that the caller can mend: what was wrong, where, and what would be right."""
 
 
 class UnknownName(AlightError):

@@ -97,7 +97,9 @@ class AdaptiveContactLaw(ContactTransitionLaw):
         )
         return self.command(measured, e, Y_r @ s.theta_r_hat, rates._asdict())
 
-    def step(self, state: Mapping[str, Any], rates: Mapping[str, Any], dt: Scalar) -> dict[str, Any]:
+    def step(
+        self, state: Mapping[str, Any], rates: Mapping[str, Any], dt: Scalar
+    ) -> dict[str, Any]:
         """Euler step; the estimates are clipped to their widened bounds."""
         following = super().step(state, rates, dt)
         return {

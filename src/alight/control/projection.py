@@ -79,9 +79,7 @@ class Estimate:
         outward = phi * mu
         root = sqrt(outward**2 + (self.leak * h**2) ** 2)
         # outward + root, without cancellation where outward is negative
-        push = where(
-            outward > 0, outward + root, (self.leak * h**2) ** 2 / (root + fabs(outward))
-        )
+        push = where(outward > 0, outward + root, (self.leak * h**2) ** 2 / (root + fabs(outward)))
         return mu - outside ** (self.order + 1) * push * phi / (2 * h**2)
 
     def clip(self, theta: Any) -> Any:
@@ -92,5 +90,3 @@ class Estimate:
 
 def _tuple(value: Any) -> tuple[float, ...]:
     return value if isinstance(value, tuple) else (value,)
-
-

@@ -101,9 +101,7 @@ class ContactTransitionLaw(Law):
         u_f_dot = error_system.u_f_dot(self.gains, e_m, eta_m, u_f)
         return eta_m, u_f_dot, self.theta_dk_hat_dot(x_m, eta_m, theta_dk_hat)
 
-    def x_rd1_dot(
-        self, x_m: Scalar, x_m_dot: Scalar, u_f: Scalar, theta_dk_hat: Scalar
-    ) -> Scalar:
+    def x_rd1_dot(self, x_m: Scalar, x_m_dot: Scalar, u_f: Scalar, theta_dk_hat: Scalar) -> Scalar:
         """Rate of (25) along (18) and (27) [m/s]: the paper's (45)."""
         _, u_f_dot, theta_dot = self.filter_rates(x_m, x_m_dot, u_f, theta_dk_hat)
         return time_derivative(
@@ -201,7 +199,9 @@ class ContactTransitionLaw(Law):
             signals={name: known[name] for name in self.signals},
         )
 
-    def step(self, state: Mapping[str, Any], rates: Mapping[str, Any], dt: Scalar) -> dict[str, Any]:
+    def step(
+        self, state: Mapping[str, Any], rates: Mapping[str, Any], dt: Scalar
+    ) -> dict[str, Any]:
         """Euler step of the law's state over a sample time ``dt`` [s]."""
         return {name: state[name] + dt * rates[name] for name in self.states}
 

@@ -1,41 +1,20 @@
-"""Writing figures so that a file is whole or not there."""
+"""Figures and animations as files."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from PIL import Image
 
-from alight.errors import AlightError, UnknownName
-from alight.figures.style import styled
+from alight.errors import UnknownName
+from alight.figures.style import ACCENT, styled
+from alight.files import whole_file
 
 FORMATS = ("eps", "jpg", "pdf", "png", "ps", "svg", "svgz", "tif", "webp")
-
-
-class FigureNotWritten(AlightError):
-    """A figure that could not be written to its file."""
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Name of a file to write; it takes the place of ``path`` when the block ends well.
-
-    Raises
-    ------
-    FigureNotWritten
-        If the folder does not exist or cannot be written, or the disk is full.
-    """
-    partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        yield partial
-        os.replace(partial, path)
-    except OSError as error:
-        raise FigureNotWritten(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 @styled
@@ -53,19 +32,48 @@ def save(fig: Figure, path: str | Path, dpi: float = 150) -> Path:
     Returns
     -------
     Path
-        The file, which is whole: it is written beside its place first.
+        The file, which appears under its name only when it is complete.
 
     Raises
     ------
     UnknownName
         If the suffix is no format of figures.
-    FigureNotWritten
+    FileError
         If the file cannot be written.
     """
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise UnknownName("figure format", kind, FORMATS)
-    with replacing(path) as partial:
-        fig.savefig(partial, format=kind, dpi=dpi)
+    with whole_file(path) as file:
+        fig.savefig(file, format=kind, dpi=dpi)
     return path
+
+
+def write_gif(path: Path, pictures: Iterable[Image.Image], frame_ms: int, hold_ms: int) -> None:
+    """Write pictures as one endless animation; the last is held longer than the others.
+
+    All share one palette, so that nothing flickers: black to white, and white to `ACCENT` to black.
+    """
+    palette = _palette()
+    kept = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+    durations = [frame_ms] * (len(kept) - 1) + [hold_ms]
+    with whole_file(path) as file:
+        kept[0].save(
+            file,
+            format="GIF",
+            save_all=True,
+            append_images=kept[1:],
+            duration=durations,
+            loop=0,
+            optimize=False,
+        )
+
+
+def _palette() -> Image.Image:
+    white, accent, black = np.ones(3), np.array(to_rgb(ACCENT)), np.zeros(3)
+    ramps = [(black, white, 32), (white, accent, 16), (accent, black, 8)]
+    colors = [np.linspace(start, end, count) for start, end, count in ramps]
+    image = Image.new("P", (1, 1))
+    image.putpalette(np.rint(255 * np.vstack(colors)).astype(np.uint8).tobytes())
+    return image

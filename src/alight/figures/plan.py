@@ -67,11 +67,14 @@ def plan_view(
         contact=False,
     )
     scene.frame_scene(ax, motion, samples, body)
-    _draw_marks(ax, scenario, body)
-    ax.plot(*motion.tip[: last + 1].T, color="black", linewidth=0.8, label="path of the tip")
+    ax.plot([scenario.plant.body.x_0] * 2, [body.low, body.high], **FAINT, label="$x_0$, at rest")
+    scene.draw_target(ax, scenario, body)
+    ax.plot(
+        *motion.tip[: last + 1].T, color="black", linewidth=0.8, zorder=2.8, label="path of the tip"
+    )
     _draw_poses(ax, recording, motion, samples)
     if touch is not None and touch <= last:
-        label = f"first contact, {recording.t[touch]:.3f} s"
+        label = f"first contact, {recording.t[touch]:.4f} s"
         ax.plot(*motion.tip[touch], "o", color=ACCENT, markersize=5, zorder=4, label=label)
     if not recording.verdict.completed and last == len(recording) - 1:
         ax.set_title(ended(recording.verdict), loc="right", fontsize=8)
@@ -107,9 +110,7 @@ def _at(recording: Recording, instants: Sequence[float]) -> np.ndarray:
     return np.unique([int(np.argmin(np.abs(t - instant))) for instant in instants])
 
 
-def _draw_poses(
-    ax: Axes, recording: Recording, motion: scene.Motion, samples: np.ndarray
-) -> None:
+def _draw_poses(ax: Axes, recording: Recording, motion: scene.Motion, samples: np.ndarray) -> None:
     """The arm at each sample, fading in."""
     for shade, sample in zip(np.linspace(0.8, 0.0, len(samples)), samples, strict=True):
         ax.plot(
@@ -121,18 +122,6 @@ def _draw_poses(
             markerfacecolor="white",
             markeredgewidth=1.0,
             zorder=3,
-            label=f"$t$ = {recording.t[sample]:.3f} s",
+            label=f"$t$ = {recording.t[sample]:.4f} s",
         )
     scene.draw_base(ax)
-
-
-def _draw_marks(ax: Axes, scenario: Scenario, body: scene.Body) -> None:
-    """Rest position of the face, and the target."""
-    target = scenario.target
-    ax.plot([scenario.plant.body.x_0] * 2, [body.low, body.high], **FAINT, label="$x_0$, at rest")
-    ax.plot(
-        [target.x_md] * 2, [body.low, body.high], color=ACCENT, linewidth=0.9, linestyle="--",
-        label="$x_{md}$, set point", zorder=3.5,
-    )
-    ax.plot(target.x_md, target.x_rd2, "+", color=ACCENT, markersize=9, zorder=5,
-            label="target")

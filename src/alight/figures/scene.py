@@ -53,11 +53,10 @@ def arm_points(motion: Motion, sample: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plate_span(motion: Motion, x_rd2: float) -> tuple[float, float]:
-    """Extent of the body along X2 [m]: it holds every point that is touched."""
-    touched = np.append(motion.tip[motion.contact, 1], x_rd2)
-    return min(float(touched.min()), x_rd2 - 0.04) - 0.015, (
-        max(float(touched.max()), x_rd2 + 0.04) + 0.015
-    )
+    """Extent of the body along X2 [m]: it holds what is touched near the target."""
+    touched = np.clip(motion.tip[motion.contact, 1], x_rd2 - 0.15, x_rd2 + 0.15)
+    held = np.append(touched, [x_rd2 - 0.04, x_rd2 + 0.04])
+    return float(held.min()) - 0.015, float(held.max()) + 0.015
 
 
 def zigzag(start: float, end: float, at: float, coils: int, width: float) -> np.ndarray:
@@ -82,7 +81,9 @@ class Body:
         self.probe = Rectangle((0, self.middle - 0.008), 0.0, 0.016, facecolor="0.4", **edge)
         for patch in (self.plate, self.mass, self.probe):
             ax.add_patch(patch)
-        self.name = ax.text(0.0, self.middle, "body", rotation=90, ha="center", va="center", zorder=3)
+        self.name = ax.text(
+            0, self.middle, "body", rotation=90, ha="center", va="center", zorder=3, clip_on=True
+        )
         self.stiff = [ax.plot([], [], **line)[0] for _ in range(2)]
         self.spring = ax.plot([], [], **line)[0]
         ax.plot([wall, wall], span, color="black", linewidth=2.5, solid_capstyle="butt")
@@ -113,8 +114,25 @@ def draw_base(ax: Axes) -> None:
     ax.plot(0.0, 0.0, ".", color="black", markersize=3, zorder=2.7)
 
 
+def draw_target(ax: Axes, scenario: Scenario, body: Body) -> list[Any]:
+    """Where the face, and where the tip on it, shall come to rest."""
+    target = scenario.target
+    face = ax.plot(
+        [target.x_md] * 2,
+        [body.low, body.high],
+        color=ACCENT,
+        linewidth=0.9,
+        linestyle="--",
+        label="$x_{md}$, set point",
+        zorder=3.5,
+    )
+    style: dict[str, Any] = {"color": ACCENT, "markersize": 9, "linestyle": "none"}
+    tip = ax.plot(target.x_md, target.x_rd2, marker="+", label="target", zorder=5, **style)
+    return [*face, *tip]
+
+
 def frame_scene(ax: Axes, motion: Motion, samples: np.ndarray, body: Body) -> None:
-    """Limits that hold the arm at the given samples and the body, at equal scales."""
+    """Set limits that hold the arm at the given samples and the body, at equal scales."""
     points = np.vstack([motion.elbow[samples], motion.tip[samples], [[0.0, 0.0]]])
     low = np.minimum(points.min(axis=0), [0.0, body.low])
     high = np.maximum(points.max(axis=0), [body.wall, body.high])

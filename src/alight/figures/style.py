@@ -47,7 +47,7 @@ _TICKS: dict[str, Any] = {
     "right": True,
 }
 
-styled = matplotlib.style.context(_SETTINGS, after_reset=True)
+styled = matplotlib.style.context(_SETTINGS, after_reset=False)
 """Decorator: what the function draws has this look; the global settings are restored after it."""
 
 
@@ -101,8 +101,14 @@ def panels(
 
 def legend_above(ax: Axes) -> None:
     """Legend in one row above the axes, where no line can run through it."""
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1,
-              handlelength=2.6, columnspacing=1.4)
+    ax.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=2,
+        borderaxespad=0.1,
+        handlelength=2.6,
+        columnspacing=1.4,
+    )
 
 
 def set_range(ax: Axes, values: Sequence[np.ndarray], margin: float = 0.06) -> None:

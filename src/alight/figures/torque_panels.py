@@ -133,34 +133,43 @@ def _draw_motors(
     tell_ends(paper[0], lines[:1])
     for motor, ax in enumerate(zoom, start=1):
         traces = [_of_motor(line, motor).enlarged() for line in lines]
-        _draw_start(ax, traces, start or 0.0)
+        _draw_start(ax, traces, start or 0.0, named=motor == 1)
 
 
 def _of_motor(line: Trace, motor: int) -> Trace:
     return dataclasses.replace(line, column=f"{line.column}{motor}")
 
 
-def _draw_start(ax: Axes, traces: Sequence[Trace], start: float) -> None:
-    """Draw the first part of a run, with the first contact marked."""
+def _draw_start(ax: Axes, traces: Sequence[Trace], start: float, named: bool) -> None:
+    """Draw the first part of a run; the first contact is marked, and named if ``named``."""
     for trace in traces:
         trace.draw(ax)
     recording = traces[0].recording
     set_range(ax, [trace.values[trace.t <= start] for trace in traces])
     ax.set_xlim(0.0, start)
     touch = first_contact(recording)
-    if touch is not None and recording.t[touch] <= start:
-        at = float(recording.t[touch])
-        ax.axvline(at, **FAINT)
-        if ax.get_subplotspec() is not None and ax.get_subplotspec().is_first_row():
-            ax.annotate("contact", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-                        textcoords="offset points", ha="center", fontsize=8)
+    if touch is None or recording.t[touch] > start:
+        return
+    at = float(recording.t[touch])
+    ax.axvline(at, **FAINT)
+    if named:
+        ax.annotate(
+            "contact",
+            (at, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, 3),
+            textcoords="offset points",
+            ha="center",
+            fontsize=8,
+        )
 
 
 def _cut(ax: Axes, applied: np.ndarray, computed: np.ndarray) -> None:
     """Limit the range to what is applied, and say how far the computed torque goes beyond."""
-    bound = OFF_SCALE * float(np.abs(applied).max())
-    low, high = float(np.nanmin(computed)), float(np.nanmax(computed))
-    if -bound <= low and high <= bound:
+    known = computed[np.isfinite(computed)]
+    bound = OFF_SCALE * float(np.nanmax(np.abs(applied)))
+    low, high = float(known.min()), float(known.max())
+    if bound == 0 or (-bound <= low and high <= bound):
         return
     ax.set_ylim(max(-bound, 1.06 * low), min(bound, 1.06 * high))
     reach = f"{low:.0f} to {high:.0f}".replace("-", "\u2212")

@@ -50,11 +50,11 @@ class Trace:
     @property
     def shown(self) -> np.ndarray:
         """The values that the vertical range must hold."""
-        values = self.values[np.isfinite(self.values)]
+        values: np.ndarray = self.values[np.isfinite(self.values)]
         if self.recording.verdict.completed or not len(values):
             return values
         low, high = np.percentile(values, BLOW_UP)
-        return values[(values >= low) & (values <= high)]
+        return np.asarray(values[(values >= low) & (values <= high)])
 
 
 def draw_traces(ax: Axes, traces: Sequence[Trace]) -> None:

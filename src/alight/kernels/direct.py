@@ -19,11 +19,12 @@ class Direct:
         self._inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
         for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, memoryview(array))  # type: ignore[call-arg, arg-type]
         for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))
+            self._buffer.set_res(i, memoryview(array))  # type: ignore[call-arg, arg-type]
 
     def __call__(self, *args: Any) -> list[np.ndarray]:
+        """Evaluate at one value for each input."""
         for array, value in zip(self._inputs, args, strict=True):
             array[:] = value
         self._evaluate()

@@ -28,9 +28,7 @@ class Runner(Protocol):
 
     name: str
 
-    def run(
-        self, x: np.ndarray, w: np.ndarray, p: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def run(self, x: np.ndarray, w: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Run as many ticks as ``w`` has entries, or until a trip or a number that is not finite.
 
         Parameters

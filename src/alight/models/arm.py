@@ -60,7 +60,7 @@ class Arm(ABC):
         """Joint angles [rad] that bring the tip to ``x_r`` [m]."""
 
     def with_inertia(self, values: Vector) -> Arm:
-        """Return the same arm with other values of its `inertial` and `gravitational` parameters."""
+        """Return the same arm with other `inertial` and `gravitational` parameters."""
         names = self.inertial + self.gravitational
         return rebind(self, **{name: values[i] for i, name in enumerate(names)})
 
@@ -156,9 +156,7 @@ class TwoLinkArm(Arm):
     def M(self, q: Vector) -> Matrix:
         """Inertia matrix of (1) [kg m^2], 2 x 2."""
         coupling = self.p3 * cos(q[1])
-        return matrix(
-            [[self.p1 + 2 * coupling, self.p2 + coupling], [self.p2 + coupling, self.p2]]
-        )
+        return matrix([[self.p1 + 2 * coupling, self.p2 + coupling], [self.p2 + coupling, self.p2]])
 
     def h(self, q: Vector) -> Vector:
         """Conservative torques of (1) [N m], shape (2,): gravity, (0, 0) in a horizontal plane."""
@@ -190,7 +188,5 @@ class TwoLinkArm(Arm):
             )
         cosine = (reach**2 - self.l1**2 - self.l2**2) / (2 * self.l1 * self.l2)
         q2 = float(np.arccos(cosine)) * (1 if elbow == "+" else -1)
-        q1 = np.arctan2(x2, x1) - np.arctan2(
-            self.l2 * np.sin(q2), self.l1 + self.l2 * np.cos(q2)
-        )
+        q1 = np.arctan2(x2, x1) - np.arctan2(self.l2 * np.sin(q2), self.l1 + self.l2 * np.cos(q2))
         return np.array([float(q1), q2])

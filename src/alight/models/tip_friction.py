@@ -6,7 +6,7 @@ from typing import Annotated
 
 import annotated_types as at
 
-from alight.symbolic.ops import Scalar, fabs, maximum, minimum, where, sin
+from alight.symbolic.ops import Scalar, fabs, maximum, minimum, sin, where
 from alight.symbolic.parameters import NonNegative, Positive, Quantity, parameters
 
 _HALF_TURN = 3.141592653589793

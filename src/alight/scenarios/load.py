@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import pydantic
 
 from alight.errors import AlightError, InvalidParameters, UnknownName, Unreachable
-from alight.scenarios.laws import make_law
+from alight.scenarios.laws import make_law, share_settings
 from alight.scenarios.scenario import Document, Provenance, Scenario
 from alight.scenarios.shipped import shipped_file, shipped_scenarios
 from alight.simulation.closed_loop import InitialState
@@ -19,6 +20,8 @@ from alight.symbolic.parameters import problems_of
 SOURCES = ("published", "assumed")
 UNCHECKED = ("extends", "provenance")
 """Tables that describe a file and are not part of what is simulated."""
+MOST_SAMPLES = 1e9
+"""Longest run, in samples."""
 
 
 class ScenarioError(AlightError):
@@ -30,9 +33,7 @@ class ScenarioError(AlightError):
         super().__init__("\n".join([f"{file}:", *(f"  {line}" for line in self.problems)]))
 
 
-def load_scenario(
-    name: str | Path, overrides: Mapping[str, Any] | Sequence[str] = ()
-) -> Scenario:
+def load_scenario(name: str | Path, overrides: Mapping[str, Any] | Sequence[str] = ()) -> Scenario:
     """Load a shipped scenario by name, or a scenario file by path.
 
     Parameters
@@ -50,11 +51,15 @@ def load_scenario(
         If it is neither a shipped scenario nor a file.
     """
     label, raw = _read(name)
+    if problems := list(_wrong_sources(raw)):
+        raise ScenarioError(label, problems)
     values, sources = split_sources(raw)
     if not isinstance(overrides, Mapping):
         overrides = parse_overrides(overrides)
-    for path, value in overrides.items():
-        _set(values, path, value, label)
+    # The type of the law first: with another one its other settings may go.
+    for path in sorted(overrides, key=lambda path: path != "law.type"):
+        replaced = _set(values, path, overrides[path], label)
+        sources = {p: s for p, s in sources.items() if not f"{p}.".startswith(f"{replaced}.")}
         sources[path] = Provenance("assumed", "set by the user")
     return from_data(values, label, sources)
 
@@ -67,13 +72,15 @@ def from_data(
     try:
         document = pydantic.TypeAdapter(Document).validate_python(content)
     except pydantic.ValidationError as error:
-        raise ScenarioError(label, problems_of(error)) from None
+        raise ScenarioError(label, problems_of(error, content)) from None
+    _refuse_endless(document, label)
     try:
         law = make_law(document.law, document.plant, document.target)
     except InvalidParameters as error:
         raise ScenarioError(label, [f"law.{line}" for line in error.problems]) from None
-    except (UnknownName, TypeError) as error:
-        raise ScenarioError(label, [f"law: {error}"]) from None
+    except AlightError as error:
+        problem = f"law.type = {document.law.get('type')!r}: {error}"
+        raise ScenarioError(label, [problem]) from None
     return Scenario(
         name=Path(label).stem,
         document=document,
@@ -82,6 +89,17 @@ def from_data(
         provenance=dict(sources or {}),
         data=content,
     )
+
+
+def _refuse_endless(document: Document, label: str) -> None:
+    """Refuse a run that no memory can hold, before anything is computed."""
+    rate = document.testbed.sample_rate
+    if document.duration * rate > MOST_SAMPLES:
+        problem = (
+            f"duration = {document.duration:g}: needs {document.duration * rate:.3g} samples at "
+            f"testbed.sample_rate = {rate:g}; must be at most {MOST_SAMPLES / rate:g} s"
+        )
+        raise ScenarioError(label, [problem])
 
 
 def _pose(document: Document, label: str) -> InitialState:
@@ -101,42 +119,103 @@ def _pose(document: Document, label: str) -> InitialState:
 def _read(name: str | Path, seen: tuple[str, ...] = ()) -> tuple[str, dict[str, Any]]:
     """Content of a scenario and of all that it extends."""
     label = str(name)
-    if label in seen:
-        raise ScenarioError(label, [f"extends itself: {' -> '.join((*seen, label))}"])
-    if label in shipped_scenarios():
-        text = shipped_file(label).read_text("utf-8")
-    elif isinstance(name, Path) or label.endswith(".toml") or Path(label).exists():
-        try:
-            text = Path(label).read_text("utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ScenarioError(label, [f"cannot be read: {error}"]) from None
-    else:
-        raise UnknownName("scenario", label, (*shipped_scenarios(), "a path to a .toml file"))
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(label, [f"is not valid TOML: {error}"]) from None
+    shipped = label in shipped_scenarios()
+    here = label if shipped else os.path.realpath(label)
+    if here in seen:
+        raise ScenarioError(label, [f"extends itself: {' -> '.join((*seen, here))}"])
+    content = _content(label, shipped)
     if "extends" not in content:
         return label, content
-    parent = content.pop("extends")
-    beside = Path(label).parent / str(parent)
-    _, base = _read(beside if beside.is_file() else str(parent), (*seen, label))
+    _, base = _read(_parent(label, shipped, content.pop("extends")), (*seen, here))
     return label, merge(base, content)
 
 
+def _parent(label: str, shipped: bool, parent: Any) -> str:
+    """What a scenario extends: a file beside it, or a shipped scenario."""
+    if not isinstance(parent, str):
+        problem = f"extends = {parent!r}: must be the name of a scenario, or the path of one"
+        raise ScenarioError(label, [problem])
+    beside = os.path.join(os.path.dirname(label), parent)
+    if not shipped and os.path.isfile(beside):
+        return beside
+    if parent not in shipped_scenarios():
+        names = ", ".join(shipped_scenarios())
+        problem = f"extends = {parent!r}: there is no file {beside}; scenarios that ship: {names}"
+        raise ScenarioError(label, [problem])
+    return parent
+
+
+def _content(label: str, shipped: bool) -> dict[str, Any]:
+    """What stands in one file."""
+    if not (shipped or label.endswith(".toml") or os.path.exists(label)):
+        raise UnknownName("scenario", label, (*shipped_scenarios(), "a path to a .toml file"))
+    try:
+        text = (shipped_file(label) if shipped else Path(label)).read_text("utf-8-sig")
+        return tomllib.loads(text)
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or error}"
+    except UnicodeDecodeError as error:
+        problem = (
+            f"byte {error.object[error.start]:#04x} at position {error.start} is not UTF-8; "
+            "save the file in this encoding"
+        )
+    except ValueError as error:
+        problem = f"is not valid TOML: {error}"
+    raise ScenarioError(label, [problem])
+
+
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables merged key by key; what ``over`` states replaces what ``base`` has."""
+    """Tables merged key by key; what ``over`` states replaces what ``base`` has.
+
+    A table of another type replaces the whole of the old one, but for a law on the same error
+    system: it keeps the settings that it does not state.
+    """
     merged = dict(base)
     for key, value in over.items():
-        both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
-        replaced_type = both and "type" in value and value["type"] != merged[key].get("type")
-        keeps = both and not _is_sourced(value) and (key == "law" or not replaced_type)
-        merged[key] = merge(merged[key], value) if keeps else value
+        old = merged.get(key)
+        merged[key] = value
+        if _is_table(old) and _is_table(value):
+            before = _plain(old.get("type"))
+            after = _plain(value.get("type", before))
+            if before == after or (key == "law" and share_settings(before, after)):
+                merged[key] = merge(old, value)
     return merged
+
+
+def _is_table(value: Any) -> TypeGuard[Mapping[str, Any]]:
+    return isinstance(value, Mapping) and not _is_sourced(value)
+
+
+def _plain(value: Any) -> Any:
+    return value["value"] if _is_sourced(value) else value
 
 
 def _is_sourced(value: Any) -> bool:
     return isinstance(value, Mapping) and "value" in value
+
+
+def identification_of(name: str | Path) -> dict[str, Any]:
+    """Record that `alight identify` left in a scenario; empty if it was not identified."""
+    _, raw = _read(name)
+    provenance = raw.get("provenance", {})
+    return dict(provenance.get("identification", {}))
+
+
+def _wrong_sources(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    """What is wrong with entries such as ``{ value = 2.0, published = "(42)" }``."""
+    for key, item in table.items():
+        path = f"{prefix}{key}"
+        if _is_sourced(item):
+            kinds = [kind for kind in item if kind != "value"]
+            if not set(kinds) <= set(SOURCES) or len(kinds) > 1:
+                yield (
+                    f"{path}: {', '.join(kinds)} beside its value; "
+                    "one of published or assumed may stand there"
+                )
+            elif not all(isinstance(item[kind], str) for kind in kinds):
+                yield f"{path}.{kinds[0]} = {item[kinds[0]]!r}: must be a text"
+        elif isinstance(item, Mapping) and path not in UNCHECKED:
+            yield from _wrong_sources(item, f"{path}.")
 
 
 def split_sources(
@@ -171,7 +250,8 @@ def parse_overrides(settings: Sequence[str]) -> dict[str, Any]:
     found = {}
     for setting in settings:
         path, equals, text = setting.partition("=")
-        if not equals or not path.strip() or not text.strip():
+        parts = path.strip().split(".")
+        if not equals or not all(parts) or not text.strip():
             raise AlightError(f"--set {setting!r}: must read path=value, as in plant.body.m=2.0")
         try:
             found[path.strip()] = tomllib.loads(f"value = {text}")["value"]
@@ -180,11 +260,18 @@ def parse_overrides(settings: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def _set(values: dict[str, Any], path: str, value: Any, label: str) -> None:
+def _set(values: dict[str, Any], path: str, value: Any, label: str) -> str:
+    """Set a value by its path, and return the path of all that was replaced."""
     *tables, key = path.split(".")
+    if path.split(".")[0] in UNCHECKED:
+        raise ScenarioError(label, [f"{path}: describes the file and cannot be set"])
     at = values
     for name in tables:
         at = at.setdefault(name, {})
         if not isinstance(at, dict):
             raise ScenarioError(label, [f"{path}: {name} is a value and not a table"])
+    if path == "law.type" and not share_settings(at.get(key), value):
+        at.clear()
+        path = "law"
     at[key] = value
+    return path

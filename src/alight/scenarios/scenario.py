@@ -105,4 +105,11 @@ class Scenario:
 
     def with_law(self, law: Law) -> Scenario:
         """Return the same scenario under another law."""
-        return dataclasses.replace(self, law=law)
+        cls = type(law)
+        named = {"type": f"{cls.__module__}:{cls.__qualname__}"}
+        return dataclasses.replace(self, law=law, data={**self.data, "law": named})
+
+    def description(self) -> dict[str, Any]:
+        """Values and sources as plain data: what a recording keeps of its scenario."""
+        sources = {path: dataclasses.asdict(source) for path, source in self.provenance.items()}
+        return {"name": self.name, **self.data, "provenance": sources}

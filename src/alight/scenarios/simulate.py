@@ -64,16 +64,17 @@ def simulate(
         law = own_law(law, chosen)
     if law is not None:
         chosen = chosen.with_law(law)
+    used = chosen.document.seed if seed is None else seed
     recording = run(
         chosen.closed_loop,
         chosen.start,
         chosen.document.duration,
-        seed=chosen.document.seed if seed is None else seed,
+        seed=used,
         channels=channels,
         backend=backend,
         progress=progress,
     )
-    recording = dataclasses.replace(recording, scenario=dict(chosen.data))
+    recording = dataclasses.replace(recording, scenario={**chosen.description(), "seed": used})
     if throw and not recording.verdict.completed:
         raise RunFailed(recording)
     return recording

@@ -15,9 +15,9 @@ from alight.errors import UnknownName
 from alight.kernels.program import Program
 from alight.models import Plant, PlantState
 from alight.simulation.integrate import rk4_step
-from alight.symbolic.ops import Scalar, Vector, vector, where
-from alight.symbolic.parameters import Positive, Quantity, lift, parameters, values_of
 from alight.symbolic.build import build
+from alight.symbolic.ops import Scalar, Vector, vector, where
+from alight.symbolic.parameters import Quantity, lift, parameters, values_of
 from alight.symbolic.signals import Layout, Signal
 from alight.testbed import SensorState, Testbed
 

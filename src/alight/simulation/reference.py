@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from alight.control.transition import FILTER_TRIP, ContactTransitionLaw
 from alight.errors import AlightError
 from alight.kernels.direct import Direct
+from alight.models import PlantState
 from alight.simulation.closed_loop import (
     PLANT,
     PLANT_SIGNALS,
@@ -22,7 +23,6 @@ from alight.simulation.closed_loop import (
 from alight.simulation.continuous import continuous_rates, join_state, split_state
 from alight.simulation.recording import Recording
 from alight.simulation.verdict import Outcome, Verdict
-from alight.models import PlantState
 from alight.symbolic.build import build
 from alight.symbolic.signals import Layout, Signal
 
@@ -78,7 +78,7 @@ def reference(
         )
     rates, observe, layout = _functions(loop, loop.law)
     plant = PlantState(np.array(start.q), np.array(start.q_dot), start.x_m, start.x_m_dot, 0.0)
-    x = join_state(loop.law, plant, loop.law.initial_state())
+    x = join_state(loop.law, plant, dict(loop.law.initial_state()))
     u_f = x.size - Layout(loop.law.states).size
     solver = _Switching(rates, u_f, dict(rtol=rtol, atol=atol, method=method))
     states, verdict = solver.solve(x, np.asarray(times, dtype=float))
@@ -132,7 +132,8 @@ class _Switching:
 
     def solve(self, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, Verdict]:
         """States at the given times, one column each, and how the run ended."""
-        columns, t, end = [], 0.0, float(times[-1])
+        columns: list[np.ndarray] = []
+        t, end = 0.0, float(times[-1])
         touching = self._gap(t, x) >= 0
         while True:
             inside = times[(times > t) | ((times >= t) & (not columns))]

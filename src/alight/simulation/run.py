@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from alight.simulation.closed_loop import (
 )
 from alight.simulation.recording import Recording
 from alight.simulation.verdict import Outcome, Verdict
+from alight.symbolic.parameters import structure_of
 from alight.symbolic.signals import Layout
 
 BLOCK = 2048
@@ -67,14 +69,13 @@ def run(
     Recording
         Up to the end, or up to the sample at which the run ended early; see its ``verdict``.
     """
-    ticks = max(int(round(duration / loop.dt)), 1)
+    ticks = max(round(duration / loop.dt), 1)
     noise = np.random.default_rng(seed).standard_normal(ticks)
     made: Runner
     if isinstance(loop.law, PlainLaw):
         made, recorded = _PlainLoop(loop, loop.law), Layout(loop.signals)
     else:
-        program = tick_program(loop, channels)
-        made, recorded = runner(program, backend), program.recorded
+        made, recorded = _prepared(loop, channels, backend)
     x, p = loop.initial_column(start), loop.parameter_values()
     rows: list[np.ndarray] = []
     for first in range(0, ticks, BLOCK):
@@ -93,13 +94,31 @@ def run(
     return recording
 
 
+_made: OrderedDict[Hashable, tuple[Runner, Layout]] = OrderedDict()
+KEPT = 32
+"""Programs kept ready in a process; the least recently used goes first."""
+
+
+def _prepared(
+    loop: ClosedLoop, channels: tuple[str, ...] | None, backend: Backend
+) -> tuple[Runner, Layout]:
+    """Build a loop once: loops that differ in numbers only share one program."""
+    sets = tuple(structure_of(part) for part in loop.parameters().values())
+    key = (sets, loop.substeps, channels, backend)
+    if key not in _made:
+        program = tick_program(loop, channels)
+        _made[key] = runner(program, backend), program.recorded
+        if len(_made) > KEPT:
+            _made.popitem(last=False)
+    _made.move_to_end(key)
+    return _made[key]
+
+
 def select(recording: Recording, channels: tuple[str, ...]) -> Recording:
     """The recording of the given signals only."""
     layout = Layout({n: s for n, s in recording.layout.signals.items() if n in channels})
     columns = [recording[name].reshape(len(recording), -1) for name in layout.signals]
-    return Recording(
-        recording.t, np.hstack(columns), layout, recording.verdict, recording.scenario
-    )
+    return Recording(recording.t, np.hstack(columns), layout, recording.verdict, recording.scenario)
 
 
 def _verdict(y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law) -> Verdict:
@@ -107,7 +126,9 @@ def _verdict(y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law) -> Verdic
     end, code = float(t[-1]), int(y[-1, -1]) if np.isfinite(y[-1, -1]) else 0
     strange = ~np.isfinite(y[-1, :-1])
     if code in law.trips:
-        return Verdict(Outcome.TRIPPED, end, "u_f" if "u_f" in law.states else None, law.trips[code])
+        return Verdict(
+            Outcome.TRIPPED, end, "u_f" if "u_f" in law.states else None, law.trips[code]
+        )
     if code in TRIPS:
         with np.errstate(invalid="ignore"):
             largest = int(np.argmax(np.abs(np.where(strange, 0.0, y[-1, :-1]))))

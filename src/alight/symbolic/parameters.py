@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    TypeVar,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import annotated_types as at
 import casadi as ca
@@ -18,9 +26,7 @@ from alight.errors import InvalidParameters
 
 T = TypeVar("T")
 
-_CONFIG = pydantic.ConfigDict(
-    extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True
-)
+_CONFIG = pydantic.ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
 @dataclass(frozen=True)
@@ -53,27 +59,86 @@ def parameters(cls: type[T]) -> type[T]:
         try:
             validated(self, *args, **kwargs)
         except pydantic.ValidationError as error:
-            raise InvalidParameters(cls.__name__, problems_of(error)) from None
+            names = [field.name for field in dataclasses.fields(made) if not field.kw_only]
+            given = {**dict(zip(names, args, strict=False)), **kwargs}
+            raise InvalidParameters(cls.__name__, problems_of(error, given, names)) from None
 
-    made.__init__ = init  # type: ignore[misc]
+    made.__init__ = init  # type: ignore[method-assign]
     return made  # type: ignore[return-value]
 
 
-def problems_of(error: pydantic.ValidationError) -> list[str]:
-    """One line for each refused value: path, value, reason."""
+def problems_of(
+    error: pydantic.ValidationError, given: Any = None, positional: Sequence[str] = ()
+) -> list[str]:
+    """One line for each refused value: path, value, reason.
+
+    With the data that was ``given`` the paths hold nothing but its keys: the members of a union,
+    which pydantic inserts, are left out. ``positional`` names the arguments without a keyword.
+    """
     lines = []
     for item in error.errors():
-        path = ".".join(str(part) for part in item["loc"])
-        message = item["msg"].removeprefix("Value error, ")
-        if item["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-            lines.append(f"{path}: unknown name; remove it or correct its spelling")
-        elif item["type"] in ("missing", "missing_argument"):
-            lines.append(f"{path}: missing; give it a value")
-        elif not path:
-            lines.append(message)
-        else:
-            lines.append(f"{path} = {item['input']!r}: {message}")
-    return lines
+        loc = item["loc"]
+        if positional and loc and isinstance(loc[0], int) and loc[0] < len(positional):
+            loc = (positional[loc[0]], *loc[1:])
+        parts = loc if given is None else _keys(loc, given, item["type"])
+        if parts is not None:
+            lines.append(_problem(".".join(str(part) for part in parts), dict(item)))
+    return list(dict.fromkeys(lines)) or problems_of(error, positional=positional)
+
+
+_IN_TOML = {
+    "tuple_type": "Input should be a list of values",
+    **dict.fromkeys(
+        ("dataclass_type", "dict_type", "model_attributes_type"), "Input should be a table"
+    ),
+}
+"""What is right where Python's words would not help the author of a file."""
+
+
+def _keys(loc: tuple[int | str, ...], given: Any, kind: str) -> list[int | str] | None:
+    """The keys of a path; None if it leads through the member of a union that was not meant."""
+    keys: list[int | str] = []
+    for part in loc:
+        is_list = isinstance(given, (list, tuple))
+        here = part in given if isinstance(given, Mapping) else is_list and isinstance(part, int)
+        if here:
+            keys.append(part)
+            given = given[part] if not is_list or int(part) < len(given) else None
+        elif kind in ("missing", "missing_argument") and part == loc[-1]:
+            keys.append(part)
+        elif isinstance(part, str) and part.startswith(("tuple[", "list[")) != is_list:
+            return None
+    return keys
+
+
+def _problem(path: str, item: Mapping[str, Any]) -> str:
+    """What was refused at a path, and what would be right."""
+    kind, value, context = item["type"], item["input"], item.get("ctx", {})
+    message = _IN_TOML.get(kind, item["msg"].removeprefix("Value error, "))
+    if kind in ("extra_forbidden", "unexpected_keyword_argument"):
+        return f"{path}: unknown name; remove it or correct its spelling"
+    if kind in ("missing", "missing_argument"):
+        return f"{path}: missing; give it a value"
+    if kind == "union_tag_not_found":
+        return f"{path}.{_tag(context)}: missing; give it a value"
+    if kind == "union_tag_invalid":
+        allowed = context["expected_tags"]
+        return f"{path}.{_tag(context)} = {context['tag']!r}: Input should be one of {allowed}"
+    if not path:
+        return message
+    # Of a whole table the message says which of its values is meant.
+    shown = "" if isinstance(value, Mapping) else f" = {_short(value)}"
+    return f"{path}{shown}: {message}"
+
+
+def _tag(context: Mapping[str, Any]) -> str:
+    """Key of a tagged union that says which of its members is meant."""
+    return str(context["discriminator"]).strip("'")
+
+
+def _short(value: Any, most: int = 200) -> str:
+    text = repr(value)
+    return text if len(text) <= most else f"{text[:most]}..."
 
 
 def rebind(obj: T, **values: Any) -> T:
@@ -90,10 +155,10 @@ def is_parameters(obj: Any) -> bool:
 
 
 @functools.cache
-def quantities(cls: type) -> dict[str, Quantity]:
+def quantities(cls: Hashable) -> dict[str, Quantity]:
     """Unit and meaning of each numeric field of a parameter class."""
     found = {}
-    for name, hint in get_type_hints(cls, include_extras=True).items():
+    for name, hint in get_type_hints(cls, include_extras=True).items():  # type: ignore[arg-type]
         if get_origin(hint) is Annotated:
             for extra in get_args(hint)[1:]:
                 if isinstance(extra, Quantity):
@@ -174,3 +239,12 @@ def symbols_of(obj: Any) -> list[ca.SX]:
             found += ca.symvar(value)
     return found
 
+
+def structure_of(obj: Any) -> Hashable:
+    """What shapes the graph of a parameter set: its classes and everything that is no number."""
+    if not is_parameters(obj):
+        if _numeric(obj) and not isinstance(obj, int):
+            return len(obj) if isinstance(obj, tuple) else 1
+        return obj if isinstance(obj, Hashable) else repr(obj)
+    fields = tuple((f.name, structure_of(getattr(obj, f.name))) for f in dataclasses.fields(obj))
+    return (type(obj), fields)

@@ -101,13 +101,14 @@ def _mass_and_filter(
     mu, theta = g.Gamma * Y_d * e.eta_m, a.theta_dk_hat
     slope_mu = jacobian(lambda v: law.theta_dk.project(v, theta), mu)
     slope_theta = jacobian(lambda v: law.theta_dk.project(mu, v), theta)
-    filtered = [s.x_m, s.x_m_dot, a.u_f]
 
     def eta_m(x_m: Any, x_m_dot: Any, u_f: Any) -> Any:
         return law.filter_rates(x_m, x_m_dot, u_f, theta)[0]
 
-    eta_m_dot = time_derivative(eta_m, filtered, [s.x_m_dot, x_m_ddot, e.u_f_dot])
-    x_rd1_ddot = law.x_rd1_ddot(*filtered, theta, x_m_ddot)
+    eta_m_dot = time_derivative(
+        eta_m, [s.x_m, s.x_m_dot, a.u_f], [s.x_m_dot, x_m_ddot, e.u_f_dot]
+    )
+    x_rd1_ddot = law.x_rd1_ddot(s.x_m, s.x_m_dot, a.u_f, theta, x_m_ddot)
     without_E2 = x_rd1_ddot - Y_d * slope_theta * e.theta_dk_hat_dot
     return {
         "e_m": e.e_m,
@@ -170,9 +171,7 @@ def _tip_and_force(
         "theta_r_hat_dot_noproj": unprojected,
         "q_ddot": moving.q_dot,
         "x_r_ddot": along(lambda s, a: plant.arm.J(s.q) @ s.q_dot),
-        "r_r_dot": along(
-            lambda s, a: law.errors(ideal_measurement(s), a.u_f, a.theta_dk_hat).r_r
-        ),
+        "r_r_dot": along(lambda s, a: law.errors(ideal_measurement(s), a.u_f, a.theta_dk_hat).r_r),
         "V": V(plant, law, s, a),
         "V_r": V_r(plant, law, s, a),
         "V_dot": along(lambda s, a: V(plant, law, s, a)),

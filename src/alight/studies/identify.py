@@ -1,0 +1,216 @@
+"""Recovering what the paper leaves out: a global search for one plant for both experiments."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from alight.errors import AlightError
+from alight.files import FileError, whole_file
+from alight.scenarios.load import identification_of
+from alight.studies.misfit import cost_table, misfit
+from alight.studies.unknowns import NAMES, UNKNOWNS, point_of, values_at
+from alight.studies.write_identified import write_identified
+
+POPULATION = 18
+SPREAD = 0.1
+"""Initial step of a search from a known start, as a share of each range."""
+SPREAD_WIDE = 0.3
+"""Initial step of a search from a random start."""
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass
+class Log:
+    """Every generation of a search: what makes it resumable, and its result."""
+
+    seed: int
+    elbow: str
+    start: list[float] | None
+    """Point from which the first search starts; random if none."""
+    generations: list[list[float]] = field(default_factory=list)
+    """Costs of each generation, in the order in which the search asked for them."""
+
+    @classmethod
+    def read(cls, path: Path) -> Log:
+        """Read a log.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be read or is no log of a search.
+        """
+        try:
+            return cls(**json.loads(path.read_text("utf-8")))
+        except OSError as error:
+            raise FileError(path, f"cannot be read: {error.strerror}") from None
+        except (ValueError, TypeError) as error:
+            raise FileError(path, f"is no log of `alight identify`: {error}") from None
+
+    def write(self, path: Path) -> None:
+        """Write the log, whole or not at all."""
+        with whole_file(path) as file:
+            file.write(json.dumps(self.__dict__).encode())
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The best candidate of a search."""
+
+    values: Mapping[str, float]
+    elbow: str
+    costs: Mapping[str, float]
+    """Cost table; see `alight.studies.misfit.cost_table`."""
+    generations: int
+    seed: int
+
+    @property
+    def cost(self) -> float:
+        """Sum of the cost table."""
+        return sum(self.costs.values())
+
+    @property
+    def kind(self) -> str:
+        """Whether the theory applies: whether the projection boxes hold the true parameters."""
+        return (
+            "The projection boxes hold the true theta_r and theta_dk, so that the theory applies; "
+            "the ranges of the search allow nothing else."
+        )
+
+
+def identify(
+    out: str | Path,
+    *,
+    minutes: float = 10.0,
+    seed: int = 1,
+    elbow: str = "+",
+    wide: bool = False,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Identified:
+    """Search for the plant, and write both experiments with it.
+
+    A search that finds its log in the folder goes on where that one stopped: the costs recorded
+    are told to the same sequence of random numbers, so that the result does not depend on how
+    often it was interrupted.
+
+    Parameters
+    ----------
+    out : str or Path
+        Folder for ``identification.json`` (the log), ``experiment-1.toml`` and
+        ``experiment-2.toml``; made if missing.
+    minutes : float
+        Time of this search.
+    seed : int
+        Seed of the search.
+    elbow : {"+", "-"}
+        Sign of the second joint angle.
+    wide : bool
+        Start at random instead of at the plant of the shipped scenarios.
+    workers : int, optional
+        Processes that run candidates; as many as there are processors if absent.
+    progress : callable, optional
+        Called with the share of the time that is spent, and the best misfit.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    AlightError
+        If the folder cannot be written, or holds the log of another search.
+    """
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "identification.json"
+    log = _log(path, seed, elbow, wide)
+    with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
+        best = _search(log, path, minutes * 60, pool, progress or (lambda share, text: None))
+    values = values_at(best)
+    found = Identified(values, elbow, cost_table(values, elbow), len(log.generations), seed)
+    write_identified(folder, found)
+    return found
+
+
+def _log(path: Path, seed: int, elbow: str, wide: bool) -> Log:
+    start = None if wide else point_of(shipped_values()).tolist()
+    if not path.exists():
+        return Log(seed, elbow, start)
+    log = Log.read(path)
+    if (log.seed, log.elbow, log.start) != (seed, elbow, start):
+        raise AlightError(
+            f"{path} belongs to another search (seed {log.seed}, elbow {log.elbow}); use its "
+            "settings to go on with it, or another folder to start afresh"
+        )
+    return log
+
+
+def shipped_values() -> dict[str, float]:
+    """Values of the unknowns in the shipped scenarios, from their provenance.
+
+    Raises
+    ------
+    AlightError
+        If the shipped scenarios do not state them.
+    """
+    found: Mapping[str, Any] = identification_of("experiment-1").get("unknowns", {})
+    if not found:
+        raise AlightError("the shipped scenarios state no identified values; search wide instead")
+    return {name: float(found[name]) for name in NAMES}
+
+
+def _search(log: Log, path: Path, seconds: float, pool: Executor, progress: Progress) -> np.ndarray:
+    """Ask, run and tell until the time is over; the best point seen."""
+    began, best, best_cost = time.monotonic(), np.full(len(UNKNOWNS), 0.5), np.inf
+    for number, (asked, tell) in enumerate(_generations(log)):
+        if number < len(log.generations):
+            costs = log.generations[number]
+        elif time.monotonic() - began < seconds:
+            elbows = [log.elbow] * len(asked)
+            costs = [float(c) for c in pool.map(misfit, asked, elbows)]
+            log.generations.append(costs)
+            log.write(path)
+        else:
+            break
+        tell(costs)
+        if min(costs) < best_cost:
+            best_cost = min(costs)
+            best = np.array(asked[int(np.argmin(costs))])
+        spent = min((time.monotonic() - began) / seconds, 1.0)
+        progress(spent, f"generation {number + 1}, misfit {best_cost:.3f}")
+    return best
+
+
+def _generations(log: Log) -> Iterator[tuple[list[np.ndarray], Callable[[list[float]], None]]]:
+    """Candidates of one CMA-ES search after another, the same for the same seed and costs."""
+    import cma
+
+    rng = np.random.default_rng(log.seed)
+    start, spread = log.start, SPREAD
+    while True:
+        if start is None:
+            start, spread = rng.random(len(UNKNOWNS)).tolist(), SPREAD_WIDE
+        options = {
+            "bounds": [0, 1],
+            "seed": int(rng.integers(1, 2**31)),
+            "popsize": POPULATION,
+            "verbose": -9,
+            "tolfun": 1e-3,
+            "tolx": 1e-4,
+        }
+        strategy = cma.CMAEvolutionStrategy(start, spread, options)
+        while not strategy.stop():
+            asked = strategy.ask()
+            yield asked, functools.partial(strategy.tell, asked)
+        start = None

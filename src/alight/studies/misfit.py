@@ -1,0 +1,123 @@
+"""How far a candidate plant is from what the paper reports."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from alight.errors import AlightError
+from alight.studies import variants
+from alight.studies.measures import Measures, run_and_measure
+from alight.studies.unknowns import settings_of, values_at
+
+PUBLISHED = {
+    "Experiment 1": (0.216e-3, 0.737e-3, 2.56e-6),
+    "Experiment 2": (0.376e-3, 0.075e-3, 5e-6),
+}
+"""Peak steady-state |e_r1|, |e_r2|, |e_m| [m], Sections V-A and V-B."""
+REFUSED = 1e3
+"""Misfit of a candidate whose start or target is out of reach."""
+STOPPED = 200.0
+"""Misfit of a run that ends at once; it falls to half of that towards the run's end."""
+WORTH_MORE = 40.0
+"""Misfit of Experiment 1 above which the other runs are not made; a third of it for the claims."""
+UNKNOWN = 12.0
+"""Price of the claims whose runs were not made."""
+VANISHED = 0.07
+"""Share of the published |e_r2| below which it counts as vanished (claim 13)."""
+SHORT = 1e-3
+"""Mean error [m] from which a mass counts as left short of the set point (claim 9)."""
+
+
+def misfit(point: np.ndarray, elbow: str) -> float:
+    """Sum of the cost table of a candidate."""
+    return sum(cost_table(values_at(point), elbow).values())
+
+
+def cost_table(v: Mapping[str, float], elbow: str) -> dict[str, float]:
+    """Cost of a candidate, term by term: squared logarithms of ratios.
+
+    Each published error costs the squared logarithm of simulated over published value, each claim
+    the weighted squared logarithm of what it lacks. A term that was not evaluated because the
+    others already exceed `WORTH_MORE` stands at a fixed price.
+    """
+    both, second = settings_of(v, elbow)
+    try:
+        one = run_and_measure(variants.experiment_1(both))
+    except AlightError:
+        return {"refused": REFUSED}
+    if not one.completed:
+        return {"Experiment 1 stopped early": 2 * STOPPED - one.time}
+    table = _errors("Experiment 1", one)
+    table["claim 7: torques of (32) below the motor limits"] = 3 * sum(
+        _excess(tau, 0.96 * limit) for tau, limit in zip(one.tau, (240.0, 20.0), strict=True)
+    )
+    table["claim 8: (32) spares the probe"] = 4 * _touch(one, v)
+    table["claim 12: |e_r1| is the mismatch of theta_dk_hat"] = _mismatch(one)
+    if sum(table.values()) > WORTH_MORE:
+        return {**table, "not evaluated": STOPPED / 2}
+    table.update(_second(v, {**both, **second}, one))
+    if sum(table.values()) > WORTH_MORE / 3:
+        return {**table, "claims not evaluated": UNKNOWN}
+    return {**table, **_variants(v, both)}
+
+
+def _second(v: Mapping[str, float], values: Mapping[str, Any], one: Measures) -> dict[str, float]:
+    two = run_and_measure(variants.experiment_2(values))
+    if not two.completed:
+        return {"Experiment 2 stopped early": STOPPED - two.time}
+    limits = (v["limit1"], v["limit2"])
+    needed = sum(_excess(1.2 * lim, tau) for lim, tau in zip(limits, two.tau, strict=True))
+    below = sum(_excess(1.05 * lim, tau) for lim, tau in zip(limits, one.tau, strict=True))
+    return {
+        **_errors("Experiment 2", two),
+        "claim 8: limited (44) spares the probe": 4 * _touch(two, v),
+        "claim 10: (44) computes more than its limit": 2 * needed,
+        "claim 11: that limit lies below the torques of (32)": 2 * below,
+        "claim 11: (44) settles faster": 2 * _excess(1.1 * two.settling, one.settling),
+    }
+
+
+def _variants(v: Mapping[str, float], both: Mapping[str, Any]) -> dict[str, float]:
+    hard = run_and_measure(variants.unsaturated_with_42(both))
+    deflection = v["clearance"] - hard.clearance
+    clipped = variants.clipped_with_42(both)
+    short = 4.0 if clipped is None else min(_excess(SHORT, clipped[1].mean_e_m), 4.0)
+    smooth = run_and_measure(variants.without_friction("experiment-1", both))
+    return {
+        "claim 8: (44) with (42) touches the probe": 4 * _excess(1.05 * v["clearance"], deflection),
+        "claim 9: clipped, it leaves the mass short": short,
+        "claim 13: |e_r2| vanishes without tip friction": 0.5
+        * _excess(smooth.e_r2, VANISHED * PUBLISHED["Experiment 1"][1]),
+    }
+
+
+def _errors(label: str, m: Measures) -> dict[str, float]:
+    return {
+        f"{label}: |{name}|": _bounded(math.log(max(getattr(m, name), 1e-9) / published))
+        for name, published in zip(("e_r1", "e_r2", "e_m"), PUBLISHED[label], strict=True)
+    }
+
+
+def _bounded(log_ratio: float) -> float:
+    """Square of a logarithm, linear where it is large: far-off runs are not all the same."""
+    return min(log_ratio**2, 6 * abs(log_ratio))
+
+
+def _excess(value: float, bound: float) -> float:
+    """Squared logarithm of value over bound where it exceeds the bound, else 0."""
+    if value <= bound:
+        return 0.0
+    return _bounded(math.log(max(value, 1e-12) / max(bound, 1e-12)))
+
+
+def _touch(m: Measures, v: Mapping[str, float]) -> float:
+    return _excess(v["clearance"] - m.clearance, 0.97 * v["clearance"])
+
+
+def _mismatch(m: Measures) -> float:
+    ratio = math.log(max(abs(m.mismatch or 0.0), 1e-9) / max(m.e_r1, 1e-9))
+    return 0.5 * max(abs(ratio) - 0.25, 0.0) ** 2

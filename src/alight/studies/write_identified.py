@@ -1,0 +1,60 @@
+"""Writing an identified plant into the scenario files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tomlkit
+
+from alight.files import whole_file
+from alight.scenarios.shipped import shipped_file
+from alight.studies.unknowns import settings_of
+
+if TYPE_CHECKING:
+    from alight.studies.identify import Identified
+
+DIGITS = 12
+"""Significant digits of a value in a scenario file."""
+
+
+def write_identified(folder: Path, found: Identified) -> None:
+    """Write both experiments, with the identified values and the cost table as provenance."""
+    both, second = settings_of(found.values, found.elbow)
+    one = tomlkit.parse(shipped_file("experiment-1").read_text("utf-8"))
+    _set_all(one, both)
+    one["provenance"] = {"identification": _provenance(found)}
+    two = tomlkit.parse(shipped_file("experiment-2").read_text("utf-8"))
+    _set_all(two, second)
+    for name, document in (("experiment-1", one), ("experiment-2", two)):
+        with whole_file(folder / f"{name}.toml") as file:
+            file.write(tomlkit.dumps(document).encode())
+
+
+def _provenance(found: Identified) -> dict[str, Any]:
+    return {
+        "command": f"alight identify --seed {found.seed}",
+        "generations": found.generations,
+        "kind": found.kind,
+        "unknowns": {name: _rounded(value) for name, value in found.values.items()},
+        "costs": {name: float(f"{cost:.4g}") for name, cost in found.costs.items()},
+    }
+
+
+def _set_all(document: Any, values: Mapping[str, Any]) -> None:
+    for path, value in values.items():
+        *tables, key = path.split(".")
+        table = document
+        for name in tables:
+            table = table.setdefault(name, tomlkit.table())
+        if not isinstance(table.get(key), Mapping):
+            table[key] = tomlkit.inline_table()
+            table[key]["assumed"] = "identified"
+        table[key]["value"] = _rounded(value)
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, (list, tuple)):
+        return [_rounded(entry) for entry in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
