@@ -88,7 +88,7 @@ def evaluate(case: Case) -> dict[str, Any]:
     state = {**case.s._asdict(), **case.a._asdict()}
     del state["z"]
     if kind not in _BUILT:
-        sizes = {name: int(np.size(value)) for name, value in state.items()}
+        sizes = {f"at_{name}": int(np.size(value)) for name, value in state.items()}
         _BUILT[kind] = lifted(case.law, sizes, signals)
     found = _BUILT[kind](case.law, *state.values())
     return {name: float(v[0]) if v.size == 1 else v for name, v in found.items()}

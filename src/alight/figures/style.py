@@ -47,7 +47,7 @@ _TICKS: dict[str, Any] = {
     "right": True,
 }
 
-styled = matplotlib.style.context(_SETTINGS, after_reset=False)
+styled = matplotlib.style.context(_SETTINGS, after_reset=True)
 """Decorator: what the function draws has this look; the global settings are restored after it."""
 
 

@@ -155,10 +155,10 @@ def is_parameters(obj: Any) -> bool:
 
 
 @functools.cache
-def quantities(cls: Hashable) -> dict[str, Quantity]:
+def quantities(cls: type) -> dict[str, Quantity]:
     """Unit and meaning of each numeric field of a parameter class."""
     found = {}
-    for name, hint in get_type_hints(cls, include_extras=True).items():  # type: ignore[arg-type]
+    for name, hint in get_type_hints(cls, include_extras=True).items():
         if get_origin(hint) is Annotated:
             for extra in get_args(hint)[1:]:
                 if isinstance(extra, Quantity):
@@ -177,7 +177,7 @@ def numeric_fields(obj: Any, prefix: str = "") -> Iterator[tuple[str, Any, Quant
 
     Integers (an order, a count) fix the shape of a graph and are passed over.
     """
-    known = quantities(type(obj))
+    known = quantities(type(obj))  # type: ignore[arg-type]
     for field in dataclasses.fields(obj):
         value = getattr(obj, field.name)
         path = f"{prefix}{field.name}"
