@@ -118,7 +118,7 @@ def _draw_poses(ax: Axes, recording: Recording, motion: scene.Motion, samples: n
             "o-",
             color=str(shade),
             linewidth=2.2,
-            markersize=4.5, visible=True,
+            markersize=4.5,
             markerfacecolor="white",
             markeredgewidth=1.0,
             zorder=3,

@@ -5,12 +5,23 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Annotated, ClassVar, Literal
 
-import numpy as np
-
 from alight.errors import Unreachable
 from alight.models.rigid_body import christoffel
 from alight.symbolic.derive import jacobian, time_derivative
-from alight.symbolic.ops import Matrix, Vector, as_vector, cos, inverse, matrix, sin, tanh, vector
+from alight.symbolic.ops import (
+    Matrix,
+    Vector,
+    arccos,
+    arctan2,
+    as_vector,
+    cos,
+    inverse,
+    matrix,
+    sin,
+    sqrt,
+    tanh,
+    vector,
+)
 from alight.symbolic.parameters import (
     NonNegative,
     NonNegativePair,
@@ -56,7 +67,7 @@ class Arm(ABC):
         """Friction torques at the joints [N m], shape (2,), against the motion."""
 
     @abstractmethod
-    def inverse(self, x_r: Vector, elbow: Elbow) -> np.ndarray:
+    def inverse(self, x_r: Vector, elbow: Elbow) -> Vector:
         """Joint angles [rad] that bring the tip to ``x_r`` [m]."""
 
     def with_inertia(self, values: Vector) -> Arm:
@@ -170,7 +181,7 @@ class TwoLinkArm(Arm):
         sliding = tanh(q_dot / self.coulomb_speed)
         return as_vector(self.viscous) * q_dot + as_vector(self.coulomb) * sliding
 
-    def inverse(self, x_r: Vector, elbow: Elbow) -> np.ndarray:
+    def inverse(self, x_r: Vector, elbow: Elbow) -> Vector:
         """Joint angles [rad], shape (2,), that bring the tip to ``x_r`` [m].
 
         Raises
@@ -179,7 +190,7 @@ class TwoLinkArm(Arm):
             If the position lies outside the workspace or on its border, where J is singular.
         """
         x1, x2 = (float(v) for v in x_r)
-        reach = float(np.hypot(x1, x2))
+        reach = float(sqrt(x1**2 + x2**2))
         inner, outer = abs(self.l1 - self.l2), self.l1 + self.l2
         if not inner + 1e-9 < reach < outer - 1e-9:
             raise Unreachable(
@@ -187,6 +198,6 @@ class TwoLinkArm(Arm):
                 f"reaches between {inner:g} and {outer:g} m, borders excluded (J is singular there)"
             )
         cosine = (reach**2 - self.l1**2 - self.l2**2) / (2 * self.l1 * self.l2)
-        q2 = float(np.arccos(cosine)) * (1 if elbow == "+" else -1)
-        q1 = np.arctan2(x2, x1) - np.arctan2(self.l2 * np.sin(q2), self.l1 + self.l2 * np.cos(q2))
-        return np.array([float(q1), q2])
+        q2 = arccos(cosine) * (1 if elbow == "+" else -1)
+        q1 = arctan2(x2, x1) - arctan2(self.l2 * sin(q2), self.l1 + self.l2 * cos(q2))
+        return vector(q1, q2)

@@ -39,6 +39,8 @@ def _elementwise(symbolic: Callable[..., ca.SX], numeric: Callable[..., Any]) ->
 sin = _elementwise(ca.sin, np.sin)
 cos = _elementwise(ca.cos, np.cos)
 tanh = _elementwise(ca.tanh, np.tanh)
+arccos = _elementwise(ca.acos, np.arccos)
+arctan2 = _elementwise(ca.atan2, np.arctan2)
 exp = _elementwise(ca.exp, np.exp)
 log1p = _elementwise(ca.log1p, np.log1p)
 sqrt = _elementwise(ca.sqrt, np.sqrt)

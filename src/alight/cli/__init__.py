@@ -1,0 +1,48 @@
+"""The command line: one thin command per verb.
+
+Commands import what they need when they run, so that ``alight --help`` is there at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+import alight
+from alight.cli.guard import add
+from alight.cli.identify import identify
+from alight.cli.reproduce import reproduce
+from alight.cli.run import run
+from alight.cli.scenarios import scenarios
+
+app = typer.Typer(
+    name="alight",
+    help="Simulate, check and reproduce control of a robot at the moment it touches something.",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+add(app, reproduce, example="alight reproduce --out results")
+add(app, run, example="alight run experiment-1 --set duration=2 --set steady_state=1 --out strike")
+add(app, scenarios, example="alight scenarios experiment-1")
+add(app, identify, example="alight identify --out identified --minutes 30 --seed 2")
+
+
+@app.callback()
+def options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Take what stands before the verb."""
+    if version:
+        typer.echo(alight.__version__)
+        raise typer.Exit
+
+
+def main() -> None:
+    """Entry point of the command ``alight``."""
+    # A law package.module:Class may stand in the current folder; what is installed goes first.
+    sys.path.append("")
+    app(prog_name="alight")
