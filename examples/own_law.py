@@ -17,7 +17,6 @@ from pathlib import Path
 import alight
 from alight.symbolic.ops import Vector, as_vector, fabs
 
-
 SCENARIO = Path(__file__).with_name("own_arm.toml")
 
 

@@ -14,13 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 import alight
 from alight.symbolic.signals import Signal
-
 
 SCENARIO = Path(__file__).with_name("own_arm.toml")
 
@@ -28,11 +27,11 @@ SCENARIO = Path(__file__).with_name("own_arm.toml")
 class Approach(alight.PlainLaw):
     """Creeps towards the body at a set speed, then presses it to the set point."""
 
-    states = {
+    states: ClassVar = {
         "touched": Signal("", "1 once the body has moved"),
         "push": Signal("N", "force that presses the body"),
     }
-    signals = {"e_m": Signal("m", "position error of the mass")}
+    signals: ClassVar = {"e_m": Signal("m", "position error of the mass")}
 
     def __init__(
         self,

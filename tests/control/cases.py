@@ -18,11 +18,43 @@ from alight.control import (
     Gains,
     Target,
 )
-from alight.models import MassSpring, Plant, PlantState
+from alight.models import LinearSpring, MassSpring, Plant, PlantState, TwoLinkArm
 from alight.simulation.continuous import join_state
 from tests.strategies import Plane, between, linear_springs, log_between, plant_states, plants
 
 L = TypeVar("L", bound=AdaptiveContactLaw)
+
+PLANT = Plant(
+    arm=TwoLinkArm(l1=0.35, l2=0.3, p1=3.4, p2=0.2, p3=0.24),
+    body=MassSpring(m=1.5, k_s=600.0, x_0=0.206),
+    contact=LinearSpring(K_I=2e4),
+)
+"""A lossless plant as in (1)-(8)."""
+
+TARGET = Target(x_md=0.236, x_rd2=0.358)  # (41), Section V-A
+
+EXPERIMENT_1 = Gains(
+    k1=2.0,
+    k2=0.47,
+    k3=(95.0, 5.0),
+    alpha1=55.0,
+    alpha2=15.0,
+    alpha3=0.1,
+    alpha=(50.0, 4.5),
+    Gamma=1.0,
+)  # (42), (43)
+EXPERIMENT_2 = Gains(
+    k1=0.22,
+    k2=2.945,
+    k3=(185.0, 175.0),
+    alpha1=75.0,
+    alpha2=100.0,
+    alpha3=0.001,
+    alpha=(80.0, 100.0),
+    Gamma=0.1,
+)  # Section V-B
+STABLE = dataclasses.replace(EXPERIMENT_1, alpha1=10.0, alpha3=1.0)
+"""Those of experiment 1, moved to the stable side of condition LOC."""
 
 
 def true_theta_r(plant: Plant) -> np.ndarray:
@@ -90,6 +122,24 @@ def laws(draw: st.DrawFn, cls: type[L] = ForceLimiting, plane: Plane = "horizont
         theta_dk=draw(boxes(plant.theta_dk)),
         theta_r=draw(boxes(theta_r)),
     )
+
+
+def told(
+    plant: Plant = PLANT,
+    gains: Gains = STABLE,
+    cls: type[L] = ForceLimiting,  # type: ignore[assignment]
+    speed: float = 1e-3,
+    **changes: Any,
+) -> L:
+    """A law told of a plant; its estimates start between half and twice the truth, at 0.7 of it."""
+    theta_r = true_theta_r(plant)
+    settings = {
+        "Gamma_r": tuple(speed * theta_r**2),
+        "theta_dk": Estimate(0.7 * plant.theta_dk, plant.theta_dk / 2, 2 * plant.theta_dk),
+        "theta_r": Estimate(tuple(0.7 * theta_r), tuple(theta_r / 2), tuple(2 * theta_r)),
+        **changes,
+    }
+    return cls(model=plant, target=TARGET, gains=gains, **settings)
 
 
 @dataclass(frozen=True)

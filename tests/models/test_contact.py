@@ -12,6 +12,7 @@ from alight.models import HuntCrossley, KelvinVoigt, LinearSpring, MassSpring
 from alight.simulation.integrate import rk4_step
 from alight.symbolic.derive import jacobian
 from tests.strategies import (
+    CONTACT_LAWS,
     between,
     contact_laws,
     hunt_crossleys,
@@ -21,18 +22,23 @@ from tests.strategies import (
     vectors,
 )
 
+LAWS = pytest.mark.parametrize("law", list(CONTACT_LAWS), ids=lambda law: law.__name__)
 GAPS = st.one_of(between(-1e-2, 1e-2), st.just(0.0))
 PENETRATIONS = log_between(1e-9, 1e-2)
 SPEEDS = between(-3.0, 3.0)
 
 
-@given(contact_laws(), GAPS, SPEEDS)
-def test_a_contact_pushes_and_never_pulls(contact, gap, gap_dot):
+@LAWS
+@given(st.data(), GAPS, SPEEDS)
+def test_a_contact_pushes_and_never_pulls(law, data, gap, gap_dot):
+    contact = data.draw(CONTACT_LAWS[law]())
     assert contact.force(gap, gap_dot) >= 0
 
 
-@given(contact_laws(), between(-1.0, -1e-300), SPEEDS)
-def test_in_free_motion_there_is_neither_force_nor_stored_energy(contact, gap, gap_dot):
+@LAWS
+@given(st.data(), between(-1.0, -1e-300), SPEEDS)
+def test_in_free_motion_there_is_neither_force_nor_stored_energy(law, data, gap, gap_dot):
+    contact = data.draw(CONTACT_LAWS[law]())
     assert contact.force(gap, gap_dot) == 0
     assert contact.energy(gap) == contact.penetration(gap) == contact.Lambda(gap) == 0
 
@@ -71,20 +77,38 @@ def test_hunt_crossley_is_continuous_at_first_touch_at_any_speed(contact, gap, g
     assert contact.force(0.0, gap_dot) == 0
 
 
+@given(
+    log_between(1e3, 1e6), between(1.0, 500.0), between(0.01, 2.0), PENETRATIONS, between(1.1, 10.0)
+)
+def test_a_damped_contact_lets_go_of_what_leaves_fast(K_I, damping, dissipation, gap, haste):
+    """Where spring and damper together would pull, the force is zero although the bodies touch."""
+    for contact, limit in (
+        (KelvinVoigt(K_I=K_I, damping=damping), K_I * gap / damping),
+        (HuntCrossley(K_I=K_I, exponent=1.5, dissipation=dissipation), 1 / dissipation),
+    ):
+        assert contact.force(gap, -haste * limit) == 0
+        assert contact.force(gap, -0.9 * limit) > 0
+        assert contact.Lambda(gap) == 1
+
+
 @given(kelvin_voigts(), SPEEDS)
 def test_kelvin_voigt_jumps_at_first_touch_by_its_damping_force(contact, gap_dot):
     assert contact.force(0.0, gap_dot) == max(contact.damping * gap_dot, 0.0)
 
 
-@given(contact_laws(), PENETRATIONS)
-def test_at_rest_the_force_is_the_slope_of_the_stored_energy(contact, gap):
+@LAWS
+@given(st.data(), PENETRATIONS)
+def test_at_rest_the_force_is_the_slope_of_the_stored_energy(law, data, gap):
+    contact = data.draw(CONTACT_LAWS[law]())
     slope = float(np.squeeze(jacobian(contact.energy, gap)))
     assert contact.force(gap, 0.0) == pytest.approx(slope, rel=1e-12)
 
 
-@given(contact_laws(), PENETRATIONS, SPEEDS)
-def test_at_every_instant_the_contact_takes_at_least_what_it_stores(contact, gap, gap_dot):
+@LAWS
+@given(st.data(), PENETRATIONS, SPEEDS)
+def test_at_every_instant_the_contact_takes_at_least_what_it_stores(law, data, gap, gap_dot):
     """Force times closing speed is no less than the rate of the stored energy: dissipation."""
+    contact = data.draw(CONTACT_LAWS[law]())
     taken = contact.force(gap, gap_dot) * gap_dot
     stored = contact.force(gap, 0.0) * gap_dot
     assert taken >= stored - 1e-13 * abs(stored)
@@ -92,11 +116,13 @@ def test_at_every_instant_the_contact_takes_at_least_what_it_stores(contact, gap
         assert taken == stored
 
 
-@given(contact_laws(), between(-2e-3, 4e-3), vectors(6, 3e-3), log_between(1.0, 50.0))
+@LAWS
+@given(st.data(), between(-2e-3, 4e-3), vectors(6, 3e-3), log_between(1.0, 50.0))
 def test_the_work_over_a_closed_cycle_of_press_and_release_is_never_negative(
-    contact, offset, harmonics, omega
+    law, data, offset, harmonics, omega
 ):
     """Any periodic motion, in and out of contact, by its Fourier series of three harmonics."""
+    contact = data.draw(CONTACT_LAWS[law]())
     n = 4000
     phase = 2 * np.pi * np.arange(n) / n
     orders = np.arange(1, 4)

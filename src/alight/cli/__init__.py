@@ -28,7 +28,7 @@ app = typer.Typer(
 add(app, reproduce, example="alight reproduce --out results")
 add(app, run, example="alight run experiment-1 --set duration=2 --set steady_state=1 --out strike")
 add(app, scenarios, example="alight scenarios experiment-1")
-add(app, identify, example="alight identify --out identified --minutes 30 --seed 2")
+add(app, identify, example="alight identify --out identified --generations 400 --seed 2")
 
 
 @app.callback()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -13,17 +14,26 @@ from alight.cli.progress import progress_bar
 Found = Annotated[
     Path, typer.Option("--out", metavar="DIR", help="Folder for the log and both scenarios.")
 ]
-Minutes = Annotated[float, typer.Option(min=0.0, help="Time of this search.")]
+Generations = Annotated[int, typer.Option(min=1, help="Generations of the search in all.")]
 SearchSeed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the search.")]
-Elbow = Annotated[str, typer.Option(metavar="+|-", help="Sign of the second joint angle.")]
+
+
+class Sign(StrEnum):
+    """Sign of the second joint angle."""
+
+    plus = "+"
+    minus = "-"
+
+
+Elbow = Annotated[Sign, typer.Option(help="Sign of the second joint angle.")]
 Wide = Annotated[bool, typer.Option("--wide", help="Start at random, not at the shipped plant.")]
 
 
 def identify(
     out: Found = Path("identified"),
-    minutes: Minutes = 10.0,
+    generations: Generations = 200,
     seed: SearchSeed = 1,
-    elbow: Elbow = "+",
+    elbow: Elbow = Sign.plus,
     wide: Wide = False,
 ) -> None:
     """Search for one plant that gives both experiments their published errors.
@@ -32,14 +42,11 @@ def identify(
     experiment-2.toml with the plant found and its cost table. The same command with the same
     folder goes on where it stopped, after Ctrl-C too.
     """
-    from alight.errors import UnknownName
     from alight.studies import identify as search
 
-    if elbow not in ("+", "-"):
-        raise UnknownName("elbow", elbow, ("+", "-"))
     with output_folder(out), progress_bar("searching") as report:
         found = search(
-            out, minutes=minutes, seed=seed, elbow=elbow, wide=wide, progress=report
+            out, generations=generations, seed=seed, elbow=elbow.value, wide=wide, progress=report
         )
     made = table("term", ">cost")
     for term, cost in found.costs.items():

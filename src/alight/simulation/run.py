@@ -88,7 +88,8 @@ def run(
             break
     y = np.concatenate(rows)
     t = np.arange(len(y)) * loop.dt
-    recording = Recording(t, y[:, :-1], recorded, _verdict(y, t, recorded, loop.law))
+    verdict = _verdict(y, t, recorded, loop.law, x[: PLANT.size])
+    recording = Recording(t, y[:, :-1], recorded, verdict)
     if isinstance(loop.law, PlainLaw) and channels is not None:
         return select(recording, channels)
     return recording
@@ -121,8 +122,10 @@ def select(recording: Recording, channels: tuple[str, ...]) -> Recording:
     return Recording(recording.t, np.hstack(columns), layout, recording.verdict, recording.scenario)
 
 
-def _verdict(y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law) -> Verdict:
-    """Read off the last row how the run ended."""
+def _verdict(
+    y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law, plant: np.ndarray
+) -> Verdict:
+    """Read off the last row, and the state of the plant after it, how the run ended."""
     end, code = float(t[-1]), int(y[-1, -1]) if np.isfinite(y[-1, -1]) else 0
     strange = ~np.isfinite(y[-1, :-1])
     if code in law.trips:
@@ -130,9 +133,8 @@ def _verdict(y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law) -> Verdic
             Outcome.TRIPPED, end, "u_f" if "u_f" in law.states else None, law.trips[code]
         )
     if code in TRIPS:
-        with np.errstate(invalid="ignore"):
-            largest = int(np.argmax(np.abs(np.where(strange, 0.0, y[-1, :-1]))))
-        return Verdict(Outcome.DIVERGED, end, recorded.columns[largest], TRIPS[code])
+        largest = int(np.argmax(np.abs(plant)))
+        return Verdict(Outcome.DIVERGED, end, PLANT.columns[largest], TRIPS[code])
     if strange.any():
         name = recorded.columns[int(np.argmax(strange))]
         return Verdict(Outcome.NOT_FINITE, end, name, "it is infinite or not a number")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import json
 import os
-import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass, field
@@ -16,16 +15,19 @@ import numpy as np
 
 from alight.errors import AlightError
 from alight.files import FileError, whole_file
+from alight.models.arm import Elbow
 from alight.scenarios.load import identification_of
 from alight.studies.misfit import cost_table, misfit
-from alight.studies.unknowns import NAMES, UNKNOWNS, point_of, values_at
+from alight.studies.unknowns import NAMES, point_of, values_at
 from alight.studies.write_identified import write_identified
 
 POPULATION = 18
 SPREAD = 0.1
 """Initial step of a search from a known start, as a share of each range."""
-SPREAD_WIDE = 0.3
-"""Initial step of a search from a random start."""
+SPREAD_WIDE = 0.2
+"""Initial step of a search from the best of the scouts."""
+SCOUTS = 60
+"""Random candidates among which a wide search finds its start."""
 
 Progress = Callable[[float, str], None]
 
@@ -35,7 +37,7 @@ class Log:
     """Every generation of a search: what makes it resumable, and its result."""
 
     seed: int
-    elbow: str
+    elbow: Elbow
     start: list[float] | None
     """Point from which the first search starts; random if none."""
     generations: list[list[float]] = field(default_factory=list)
@@ -68,7 +70,7 @@ class Identified:
     """The best candidate of a search."""
 
     values: Mapping[str, float]
-    elbow: str
+    elbow: Elbow
     costs: Mapping[str, float]
     """Cost table; see `alight.studies.misfit.cost_table`."""
     generations: int
@@ -91,9 +93,9 @@ class Identified:
 def identify(
     out: str | Path,
     *,
-    minutes: float = 10.0,
+    generations: int = 200,
     seed: int = 1,
-    elbow: str = "+",
+    elbow: Elbow = "+",
     wide: bool = False,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -101,16 +103,16 @@ def identify(
     """Search for the plant, and write both experiments with it.
 
     A search that finds its log in the folder goes on where that one stopped: the costs recorded
-    are told to the same sequence of random numbers, so that the result does not depend on how
-    often it was interrupted.
+    are told to the same sequence of random numbers, so that the result depends neither on how
+    often it was interrupted nor on the number of workers.
 
     Parameters
     ----------
     out : str or Path
         Folder for ``identification.json`` (the log), ``experiment-1.toml`` and
         ``experiment-2.toml``; made if missing.
-    minutes : float
-        Time of this search.
+    generations : int
+        Generations of the search in all, those of an earlier part included.
     seed : int
         Seed of the search.
     elbow : {"+", "-"}
@@ -120,7 +122,7 @@ def identify(
     workers : int, optional
         Processes that run candidates; as many as there are processors if absent.
     progress : callable, optional
-        Called with the share of the time that is spent, and the best misfit.
+        Called with the share that is done, and the best misfit.
 
     Returns
     -------
@@ -136,22 +138,23 @@ def identify(
     path = folder / "identification.json"
     log = _log(path, seed, elbow, wide)
     with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
-        best = _search(log, path, minutes * 60, pool, progress or (lambda share, text: None))
+        best = _search(log, path, generations, pool, progress or (lambda share, text: None))
     values = values_at(best)
     found = Identified(values, elbow, cost_table(values, elbow), len(log.generations), seed)
     write_identified(folder, found)
     return found
 
 
-def _log(path: Path, seed: int, elbow: str, wide: bool) -> Log:
+def _log(path: Path, seed: int, elbow: Elbow, wide: bool) -> Log:
     start = None if wide else point_of(shipped_values()).tolist()
     if not path.exists():
         return Log(seed, elbow, start)
     log = Log.read(path)
     if (log.seed, log.elbow, log.start) != (seed, elbow, start):
         raise AlightError(
-            f"{path} belongs to another search (seed {log.seed}, elbow {log.elbow}); use its "
-            "settings to go on with it, or another folder to start afresh"
+            f"{path} belongs to another search (seed {log.seed}, elbow {log.elbow}, "
+            f"{'wide' if log.start is None else 'from a known plant'}); use its settings to go on "
+            "with it, or another folder to start afresh"
         )
     return log
 
@@ -170,15 +173,14 @@ def shipped_values() -> dict[str, float]:
     return {name: float(found[name]) for name in NAMES}
 
 
-def _search(log: Log, path: Path, seconds: float, pool: Executor, progress: Progress) -> np.ndarray:
-    """Ask, run and tell until the time is over; the best point seen."""
-    began, best, best_cost = time.monotonic(), np.full(len(UNKNOWNS), 0.5), np.inf
+def _search(log: Log, path: Path, total: int, pool: Executor, progress: Progress) -> np.ndarray:
+    """Ask, run and tell, generation by generation; the best point seen."""
+    best, best_cost = np.full(len(NAMES), 0.5), np.inf
     for number, (asked, tell) in enumerate(_generations(log)):
         if number < len(log.generations):
             costs = log.generations[number]
-        elif time.monotonic() - began < seconds:
-            elbows = [log.elbow] * len(asked)
-            costs = [float(c) for c in pool.map(misfit, asked, elbows)]
+        elif number < total:
+            costs = list(pool.map(misfit, asked, [log.elbow] * len(asked)))
             log.generations.append(costs)
             log.write(path)
         else:
@@ -187,30 +189,39 @@ def _search(log: Log, path: Path, seconds: float, pool: Executor, progress: Prog
         if min(costs) < best_cost:
             best_cost = min(costs)
             best = np.array(asked[int(np.argmin(costs))])
-        spent = min((time.monotonic() - began) / seconds, 1.0)
-        progress(spent, f"generation {number + 1}, misfit {best_cost:.3f}")
+        progress(min((number + 1) / total, 1.0), f"misfit {best_cost:.3f}")
     return best
 
 
-def _generations(log: Log) -> Iterator[tuple[list[np.ndarray], Callable[[list[float]], None]]]:
+Generation = tuple[list[np.ndarray], Callable[[list[float]], None]]
+"""Candidates, and what wants to know their costs."""
+
+
+def _generations(log: Log) -> Iterator[Generation]:
     """Candidates of one CMA-ES search after another, the same for the same seed and costs."""
+    rng = np.random.default_rng(log.seed)
+    if log.start is not None:
+        yield from _descent(log.start, SPREAD, rng)
+    while True:
+        scouts = list(rng.random((SCOUTS, len(NAMES))))
+        found: list[float] = []
+        yield scouts, found.extend
+        yield from _descent(scouts[int(np.argmin(found))].tolist(), SPREAD_WIDE, rng)
+
+
+def _descent(start: list[float], spread: float, rng: np.random.Generator) -> Iterator[Generation]:
+    """One CMA-ES search until it stops by itself."""
     import cma
 
-    rng = np.random.default_rng(log.seed)
-    start, spread = log.start, SPREAD
-    while True:
-        if start is None:
-            start, spread = rng.random(len(UNKNOWNS)).tolist(), SPREAD_WIDE
-        options = {
-            "bounds": [0, 1],
-            "seed": int(rng.integers(1, 2**31)),
-            "popsize": POPULATION,
-            "verbose": -9,
-            "tolfun": 1e-3,
-            "tolx": 1e-4,
-        }
-        strategy = cma.CMAEvolutionStrategy(start, spread, options)
-        while not strategy.stop():
-            asked = strategy.ask()
-            yield asked, functools.partial(strategy.tell, asked)
-        start = None
+    options = {
+        "bounds": [0, 1],
+        "seed": int(rng.integers(1, 2**31)),
+        "popsize": POPULATION,
+        "verbose": -9,
+        "tolfun": 1e-3,
+        "tolx": 1e-4,
+    }
+    strategy = cma.CMAEvolutionStrategy(start, spread, options)
+    while not strategy.stop():
+        asked = strategy.ask()
+        yield asked, functools.partial(strategy.tell, asked)

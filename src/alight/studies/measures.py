@@ -41,6 +41,8 @@ class Measures:
     """Peak computed torques [N m]."""
     F_m: float
     """Peak impact force [N]."""
+    chatter: float
+    """Standard deviation of the steady-state contact force over its mean."""
     clearance: float
     """Least clearance at the probe [m]; zero or below when the plate touches it."""
     settling: float
@@ -68,6 +70,7 @@ def measure(recording: Recording, scenario: Scenario) -> Measures:
         mean_e_m=float(np.mean(end["e_m"])),
         tau=(float(tau1), float(tau2)),
         F_m=recording.peak("F_m"),
+        chatter=float(np.std(end["F_m"]) / max(np.mean(end["F_m"]), np.finfo(float).tiny)),
         clearance=float(recording["probe_clearance"].min()),
         settling=float(recording.t[np.flatnonzero(outside)[-1]]) if outside.any() else 0.0,
         mismatch=mismatch,

@@ -18,6 +18,8 @@ PUBLISHED = {
     "Experiment 2": (0.376e-3, 0.075e-3, 5e-6),
 }
 """Peak steady-state |e_r1|, |e_r2|, |e_m| [m], Sections V-A and V-B."""
+CALM = 0.04
+"""Relative standard deviation of the contact force that a settled run may have."""
 REFUSED = 1e3
 """Misfit of a candidate whose start or target is out of reach."""
 STOPPED = 200.0
@@ -51,7 +53,7 @@ def cost_table(v: Mapping[str, float], elbow: str) -> dict[str, float]:
         return {"refused": REFUSED}
     if not one.completed:
         return {"Experiment 1 stopped early": 2 * STOPPED - one.time}
-    table = _errors("Experiment 1", one)
+    table = {**_errors("Experiment 1", one), "Experiment 1: chatter": _excess(one.chatter, CALM)}
     table["claim 7: torques of (32) below the motor limits"] = 3 * sum(
         _excess(tau, 0.96 * limit) for tau, limit in zip(one.tau, (240.0, 20.0), strict=True)
     )
@@ -74,6 +76,7 @@ def _second(v: Mapping[str, float], values: Mapping[str, Any], one: Measures) ->
     below = sum(_excess(1.05 * lim, tau) for lim, tau in zip(limits, one.tau, strict=True))
     return {
         **_errors("Experiment 2", two),
+        "Experiment 2: chatter": _excess(two.chatter, CALM),
         "claim 8: limited (44) spares the probe": 4 * _touch(two, v),
         "claim 10: (44) computes more than its limit": 2 * needed,
         "claim 11: that limit lies below the torques of (32)": 2 * below,

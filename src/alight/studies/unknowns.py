@@ -47,8 +47,12 @@ UNKNOWNS: dict[str, Unknown] = {
     "pK_start": Unknown(0.02, 1.5, "start of the p K_I / m estimates, likewise", False),
     "pk_start": Unknown(0.02, 1.5, "start of the p k_s / m estimates, likewise", False),
     "K_start": Unknown(0.02, 1.5, "start of the K_I estimate, likewise", False),
-    "upper": Unknown(1.02, 3.0, "upper bounds of theta_r over the true value", False),
+    "upper": Unknown(1.02, 3.0, "upper bounds over the true value, p1 block of theta_r", False),
     "lower": Unknown(0.0, 0.9, "lower bounds, likewise", False),
+    "upper_23": Unknown(1.005, 2.0, "upper bounds, p2 and p3 blocks of theta_r", False),
+    "lower_23": Unknown(0.0, 0.995, "lower bounds, likewise", False),
+    "upper_K": Unknown(1.005, 2.0, "upper bound of the K_I estimate", False),
+    "lower_K": Unknown(0.0, 0.995, "lower bound, likewise", False),
     "dk_start": Unknown(0.3, 6.0, "start of theta_dk_hat over theta_dk, Experiment 1", False),
     "dk_start_2": Unknown(0.3, 8.0, "the same in Experiment 2, which has its own tuning", False),
     "dk_upper": Unknown(1.5, 9.0, "upper bound of theta_dk over its true value", False),
@@ -124,7 +128,10 @@ def settings_of(v: Mapping[str, float], elbow: str) -> tuple[dict[str, Any], dic
     plant, law = plant_of(v), _template().law
     assert isinstance(law, AdaptiveContactLaw)  # the shipped scenario states it
     theta_r = np.asarray(law.theta_r_of(law.pi_of(plant)))
-    lower, upper = v["lower"] * theta_r, v["upper"] * theta_r
+    lower, upper = (
+        theta_r * ([v[end]] * 3 + [v[f"{end}_23"]] * 6 + [v[f"{end}_K"]])
+        for end in ("lower", "upper")
+    )
     shares = np.array([v["pK_start"], v["pk_start"], v["p_start"]] * 3 + [v["K_start"]])
     room = _INSIDE * (upper - lower)
     start = np.clip(shares * theta_r, lower + room, upper - room)

@@ -34,7 +34,7 @@ def write_identified(folder: Path, found: Identified) -> None:
 
 def _provenance(found: Identified) -> dict[str, Any]:
     return {
-        "command": f"alight identify --seed {found.seed}",
+        "command": f"alight identify --seed {found.seed} --generations {found.generations}",
         "generations": found.generations,
         "kind": found.kind,
         "unknowns": {name: _rounded(value) for name, value in found.values.items()},
