@@ -25,7 +25,7 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinxcontrib.bibtex",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "results/*"]  # results.md includes what stands there
 default_role = "py:obj"  # `name` in a docstring links to what it names
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]

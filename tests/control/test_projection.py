@@ -90,9 +90,9 @@ def test_p4_at_its_bounds_it_departs_from_the_rate_with_order_n_plus_one(order, 
     """``P - mu ~ t^(n+1)`` at a depth t in the layer, so that n derivatives are continuous."""
     estimate = Estimate(0.0, -1.0, 1.0, margin=data.draw(between(0.1, 1.0)), order=order)
     mu = data.draw(log_between(0.1, 100.0))
-    depth = estimate.epsilon * np.array([1e-3, 5e-4])
+    depth = estimate.epsilon * np.array([1e-2, 5e-3])
     departures = np.abs(mu - estimate.project(mu, 1.0 + depth))
-    assert np.log2(departures[0] / departures[1]) == pytest.approx(order + 1, abs=0.01)
+    assert np.log2(departures[0] / departures[1]) == pytest.approx(order + 1, abs=0.05)
 
 
 @given(moving(order=1))
@@ -154,7 +154,7 @@ def test_numbers_and_expressions_agree(drawn):
     outputs = {"P": estimate.project(*symbols), "clip": estimate.clip(symbols[1])}
     function = build("projection", {"mu": symbols[0], "theta": symbols[1]}, outputs)
     P, clipped = (float(v) for v in function(mu, theta))
-    assert P == pytest.approx(estimate.project(mu, theta), rel=1e-12, abs=1e-12 * abs(mu))
+    assert abs(P - estimate.project(mu, theta)) <= 1e-12 * (abs(P) + abs(mu))
     assert clipped == estimate.clip(theta)
 
 
@@ -175,7 +175,7 @@ def test_the_clip_holds_the_widened_interval_and_never_moves_away_from_the_truth
 @given(moving(order=1))
 def test_the_clip_rests_where_the_sample_is_short_against_the_slope(drawn):
     """An Euler step stays inside if ``T max |P_theta| <= 1``."""
-    estimate, mu, theta = drawn
+    estimate, mu, _ = drawn
     low, high = estimate.widened
     grid = np.linspace(low, high, 400)
     values = estimate.project(np.full(400, mu), grid)

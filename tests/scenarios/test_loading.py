@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import tomlkit
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from alight import load_scenario, shipped_scenarios
@@ -227,8 +227,8 @@ def test_overrides_are_read_in_the_notation_of_toml(values):
 
 @given(st.from_regex(r"[a-z]+(-[a-z]+)?", fullmatch=True))
 def test_words_need_no_quotes(word):
-    expected = tomllib.loads(f"v = {word}")["v"] if word in ("true", "false", "inf", "nan") else word
-    assert parse_overrides([f"law.type={word}"])["law.type"] in (expected, expected == expected)
+    assume(word not in ("true", "false", "inf", "nan"))
+    assert parse_overrides([f"law.type={word}"]) == {"law.type": word}
 
 
 def test_overrides_win_over_the_file_and_say_so():

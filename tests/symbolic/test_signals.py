@@ -28,6 +28,14 @@ def test_unpacking_after_packing_is_the_identity(data, layout):
     np.testing.assert_array_equal(layout.pack(values), column)
 
 
+@given(st.data(), LAYOUTS)
+def test_the_layout_sets_the_order_and_not_the_values_given(data, layout):
+    column = data.draw(vectors(layout.size, 10.0))
+    values = layout.unpack(column)
+    shuffled = dict(data.draw(st.permutations(list(values.items()))))
+    np.testing.assert_array_equal(layout.pack(shuffled), column)
+
+
 @given(LAYOUTS)
 def test_expressions_are_packed_like_numbers(layout):
     column = ca.SX.sym("column", layout.size)

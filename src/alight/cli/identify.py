@@ -49,7 +49,7 @@ def identify(
             out, generations=generations, seed=seed, elbow=elbow.value, wide=wide, progress=report
         )
     made = table("term", ">cost")
-    for term, cost in found.costs.items():
+    for term, cost in found.best.costs.items():
         made.add_row(term, f"{cost:.3f}")
-    made.add_row("sum", f"{found.cost:.3f}")
+    made.add_row("sum", f"{found.best.cost:.3f}")
     show(made, f"{found.generations} generations; {found.kind}")

@@ -120,10 +120,10 @@ def _read(name: str | Path, seen: tuple[str, ...] = ()) -> tuple[str, dict[str, 
     """Content of a scenario and of all that it extends."""
     label = str(name)
     shipped = label in shipped_scenarios()
+    content = _content(label, shipped)
     here = label if shipped else os.path.realpath(label)
     if here in seen:
         raise ScenarioError(label, [f"extends itself: {' -> '.join((*seen, here))}"])
-    content = _content(label, shipped)
     if "extends" not in content:
         return label, content
     _, base = _read(_parent(label, shipped, content.pop("extends")), (*seen, here))

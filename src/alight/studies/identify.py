@@ -17,7 +17,7 @@ from alight.errors import AlightError
 from alight.files import FileError, whole_file
 from alight.models.arm import Elbow
 from alight.scenarios.load import identification_of
-from alight.studies.misfit import cost_table, misfit
+from alight.studies.misfit import Candidate, evaluate, misfit
 from alight.studies.unknowns import NAMES, point_of, values_at
 from alight.studies.write_identified import write_identified
 
@@ -67,19 +67,12 @@ class Log:
 
 @dataclass(frozen=True)
 class Identified:
-    """The best candidate of a search."""
+    """The result of a search."""
 
-    values: Mapping[str, float]
+    best: Candidate
     elbow: Elbow
-    costs: Mapping[str, float]
-    """Cost table; see `alight.studies.misfit.cost_table`."""
     generations: int
     seed: int
-
-    @property
-    def cost(self) -> float:
-        """Sum of the cost table."""
-        return sum(self.costs.values())
 
     @property
     def kind(self) -> str:
@@ -139,8 +132,7 @@ def identify(
     log = _log(path, seed, elbow, wide)
     with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
         best = _search(log, path, generations, pool, progress or (lambda share, text: None))
-    values = values_at(best)
-    found = Identified(values, elbow, cost_table(values, elbow), len(log.generations), seed)
+    found = Identified(evaluate(values_at(best), elbow), elbow, len(log.generations), seed)
     write_identified(folder, found)
     return found
 

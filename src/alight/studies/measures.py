@@ -35,6 +35,8 @@ class Measures:
     """Peak steady-state error of the tip along X2, as measured [m]."""
     e_m: float
     """Peak steady-state error of the mass, as measured [m]."""
+    mean_e_r1: float
+    """Mean steady-state error of the tip along X1 [m]."""
     mean_e_m: float
     """Mean steady-state error of the mass; positive when it lies short of the set point [m]."""
     tau: tuple[float, float]
@@ -67,6 +69,7 @@ def measure(recording: Recording, scenario: Scenario) -> Measures:
         e_r1=end.peak("e_r1"),
         e_r2=end.peak("e_r2"),
         e_m=end.peak("e_m"),
+        mean_e_r1=float(np.mean(end["e_r1"])),
         mean_e_m=float(np.mean(end["e_m"])),
         tau=(float(tau1), float(tau2)),
         F_m=recording.peak("F_m"),

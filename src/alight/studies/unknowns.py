@@ -12,6 +12,7 @@ import numpy as np
 from alight.control import AdaptiveContactLaw
 from alight.errors import AlightError
 from alight.models import KelvinVoigt, MassSpring, Plant, TwoLinkArm
+from alight.models.arm import Elbow
 from alight.scenarios import Scenario, load_scenario
 
 
@@ -123,7 +124,7 @@ def plant_of(v: Mapping[str, float]) -> Plant:
     )
 
 
-def settings_of(v: Mapping[str, float], elbow: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def settings_of(v: Mapping[str, float], elbow: Elbow) -> tuple[dict[str, Any], dict[str, Any]]:
     """Values by scenario path: those of both experiments, and those of Experiment 2 alone."""
     plant, law = plant_of(v), _template().law
     assert isinstance(law, AdaptiveContactLaw)  # the shipped scenario states it

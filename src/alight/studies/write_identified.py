@@ -21,7 +21,7 @@ DIGITS = 12
 
 def write_identified(folder: Path, found: Identified) -> None:
     """Write both experiments, with the identified values and the cost table as provenance."""
-    both, second = settings_of(found.values, found.elbow)
+    both, second = settings_of(found.best.values, found.elbow)
     one = tomlkit.parse(shipped_file("experiment-1").read_text("utf-8"))
     _set_all(one, both)
     one["provenance"] = {"identification": _provenance(found)}
@@ -37,8 +37,8 @@ def _provenance(found: Identified) -> dict[str, Any]:
         "command": f"alight identify --seed {found.seed} --generations {found.generations}",
         "generations": found.generations,
         "kind": found.kind,
-        "unknowns": {name: _rounded(value) for name, value in found.values.items()},
-        "costs": {name: float(f"{cost:.4g}") for name, cost in found.costs.items()},
+        "unknowns": {name: _rounded(value) for name, value in found.best.values.items()},
+        "costs": {name: float(f"{cost:.4g}") for name, cost in found.best.costs.items()},
     }
 
 
