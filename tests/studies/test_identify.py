@@ -84,5 +84,5 @@ def test_the_misfit_tells_good_candidates_from_bad_ones():
 
 
 def test_a_candidate_out_of_reach_is_refused_by_its_cost():
-    """Links of 0.219 m each end 2 mm short of the start (40)."""
-    assert list(evaluate({**shipped_values(), "l1": 0.219, "l2": 0.219}, "+").costs) == ["refused"]
+    """Links of 0.3 m and 0.13 m end 1 cm short of the start (40)."""
+    assert list(evaluate({**shipped_values(), "l1": 0.3, "l2": 0.13}, "+").costs) == ["refused"]

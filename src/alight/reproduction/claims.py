@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from alight.reproduction.evidence import Evidence
 from alight.studies.measures import Measures
+from alight.studies.published import EXPERIMENT_1, EXPERIMENT_2, SteadyState
 from alight.theory import alpha2_floor
 
 FACTOR = 2.0
@@ -36,8 +37,8 @@ def claims(evidence: Evidence) -> list[Claim]:
     """Judge every claim by the evidence, in the order of the paper."""
     one, two = evidence.experiment_1, evidence.experiment_2
     return [
-        *_errors(1, "Experiment 1", "Section V-A", one, (0.216e-3, 0.737e-3, 2.56e-6)),
-        *_errors(4, "Experiment 2", "Section V-B", two, (0.376e-3, 0.075e-3, 5e-6)),
+        *_errors(1, "Experiment 1", "Section V-A", one, EXPERIMENT_1),
+        *_errors(4, "Experiment 2", "Section V-B", two, EXPERIMENT_2),
         _no_saturation(evidence),
         _violent(evidence),
         _clipped(evidence),
@@ -50,11 +51,11 @@ def claims(evidence: Evidence) -> list[Claim]:
 
 
 def _errors(
-    first: int, label: str, source: str, m: Measures, published: tuple[float, float, float]
+    first: int, label: str, source: str, m: Measures, published: SteadyState
 ) -> list[Claim]:
     found = []
-    for i, name in enumerate(("e_r1", "e_r2", "e_m")):
-        value, target = getattr(m, name), published[i]
+    for i, (name, target) in enumerate(published._asdict().items()):
+        value = getattr(m, name)
         ratio = value / target
         found.append(
             Claim(

@@ -137,14 +137,16 @@ class _Switching:
         touching = self._gap(t, x) >= 0
         while True:
             inside = times[(times > t) | ((times >= t) & (not columns))]
-            part = solve_ivp(
-                self._x_dot,
-                (t, end),
-                x,
-                t_eval=inside,
-                events=self._events(touching),
-                **self._options,
-            )
+            # a trial step may pass the domain of u_f and overflow; the solver then takes a shorter
+            with np.errstate(over="ignore", invalid="ignore"):
+                part = solve_ivp(
+                    self._x_dot,
+                    (t, end),
+                    x,
+                    t_eval=inside,
+                    events=self._events(touching),
+                    **self._options,
+                )
             columns.append(np.reshape(part.y, (len(x), len(part.t))))
             if part.status == 0:
                 return np.hstack(columns), Verdict(Outcome.COMPLETED, end)

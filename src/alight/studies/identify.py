@@ -17,9 +17,9 @@ from alight.errors import AlightError
 from alight.files import FileError, whole_file
 from alight.models.arm import Elbow
 from alight.scenarios.load import identification_of
-from alight.studies.misfit import Candidate, evaluate, misfit
+from alight.studies.identified import Identified, write_identified
+from alight.studies.misfit import evaluate, misfit
 from alight.studies.unknowns import NAMES, point_of, values_at
-from alight.studies.write_identified import write_identified
 
 POPULATION = 18
 SPREAD = 0.1
@@ -63,24 +63,6 @@ class Log:
         """Write the log, whole or not at all."""
         with whole_file(path) as file:
             file.write(json.dumps(self.__dict__).encode())
-
-
-@dataclass(frozen=True)
-class Identified:
-    """The result of a search."""
-
-    best: Candidate
-    elbow: Elbow
-    generations: int
-    seed: int
-
-    @property
-    def kind(self) -> str:
-        """Whether the theory applies: whether the projection boxes hold the true parameters."""
-        return (
-            "The projection boxes hold the true theta_r and theta_dk, so that the theory applies; "
-            "the ranges of the search allow nothing else."
-        )
 
 
 def identify(

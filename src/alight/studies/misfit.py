@@ -13,13 +13,9 @@ from alight.errors import AlightError
 from alight.models.arm import Elbow
 from alight.studies import variants
 from alight.studies.measures import Measures, run_and_measure
+from alight.studies.published import EXPERIMENT_1, EXPERIMENT_2, SteadyState
 from alight.studies.unknowns import settings_of, values_at
 
-PUBLISHED = {
-    "Experiment 1": (0.216e-3, 0.737e-3, 2.56e-6),
-    "Experiment 2": (0.376e-3, 0.075e-3, 5e-6),
-}
-"""Peak steady-state |e_r1|, |e_r2|, |e_m| [m], Sections V-A and V-B."""
 CALM = 0.04
 """Relative standard deviation of the contact force that a settled run may have."""
 REFUSED = 1e3
@@ -129,7 +125,7 @@ def _tuned(
 
 def _first(v: Mapping[str, float], one: Measures) -> dict[str, float]:
     return {
-        **_errors("Experiment 1", one),
+        **_errors("Experiment 1", one, EXPERIMENT_1),
         "Experiment 1: chatter": _excess(one.chatter, CALM),
         "claim 7: torques of (32) below the motor limits": 3
         * sum(_excess(tau, 0.96 * lim) for tau, lim in zip(one.tau, (240.0, 20.0), strict=True)),
@@ -143,7 +139,7 @@ def _second(v: Mapping[str, float], one: Measures, two: Measures) -> dict[str, f
     needed = sum(_excess(1.2 * lim, tau) for lim, tau in zip(limits, two.tau, strict=True))
     below = sum(_excess(1.05 * lim, tau) for lim, tau in zip(limits, one.tau, strict=True))
     return {
-        **_errors("Experiment 2", two),
+        **_errors("Experiment 2", two, EXPERIMENT_2),
         "Experiment 2: chatter": _excess(two.chatter, CALM),
         "claim 8: limited (44) spares the probe": 4 * _touch(two, v),
         "claim 10: (44) computes more than its limit": 2 * needed,
@@ -163,14 +159,14 @@ def _variants(v: Mapping[str, float], elbow: Elbow) -> dict[str, float]:
         "claim 8: (44) with (42) touches the probe": 4 * _excess(1.05 * v["clearance"], deflection),
         "claim 9: clipped, it leaves the mass short": short,
         "claim 13: |e_r2| vanishes without tip friction": 0.5
-        * _excess(smooth.e_r2, VANISHED * PUBLISHED["Experiment 1"][1]),
+        * _excess(smooth.e_r2, VANISHED * EXPERIMENT_1.e_r2),
     }
 
 
-def _errors(label: str, m: Measures) -> dict[str, float]:
+def _errors(label: str, m: Measures, published: SteadyState) -> dict[str, float]:
     return {
-        f"{label}: |{name}|": _bounded(math.log(max(getattr(m, name), 1e-9) / published))
-        for name, published in zip(("e_r1", "e_r2", "e_m"), PUBLISHED[label], strict=True)
+        f"{label}: |{name}|": _bounded(math.log(max(getattr(m, name), 1e-9) / target))
+        for name, target in published._asdict().items()
     }
 
 

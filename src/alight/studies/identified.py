@@ -1,22 +1,40 @@
-"""Writing an identified plant into the scenario files."""
+"""The result of a search, and the scenario files that hold it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tomlkit
 
 from alight.files import whole_file
+from alight.models.arm import Elbow
 from alight.scenarios.shipped import shipped_file
+from alight.studies.misfit import Candidate
 from alight.studies.unknowns import settings_of
-
-if TYPE_CHECKING:
-    from alight.studies.identify import Identified
 
 DIGITS = 12
 """Significant digits of a value in a scenario file."""
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The result of a search."""
+
+    best: Candidate
+    elbow: Elbow
+    generations: int
+    seed: int
+
+    @property
+    def kind(self) -> str:
+        """Whether the theory applies: whether the projection boxes hold the true parameters."""
+        return (
+            "The projection boxes hold the true theta_r and theta_dk, so that the theory applies; "
+            "the ranges of the search allow nothing else."
+        )
 
 
 def write_identified(folder: Path, found: Identified) -> None:
