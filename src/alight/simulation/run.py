@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from alight.control.law import Law, PlainLaw
 from alight.control.measurement import Measurement
+from alight.errors import AlightError
 from alight.kernels import Runner, runner
 from alight.kernels.direct import Direct
 from alight.kernels.select import Backend
@@ -70,16 +72,17 @@ def run(
         Up to the end, or up to the sample at which the run ended early; see its ``verdict``.
     """
     ticks = max(round(duration / loop.dt), 1)
-    noise = np.random.default_rng(seed).standard_normal(ticks)
+    noise = np.random.default_rng(seed)
     made: Runner
     if isinstance(loop.law, PlainLaw):
         made, recorded = _PlainLoop(loop, loop.law), Layout(loop.signals)
     else:
         made, recorded = _prepared(loop, channels, backend)
+    _refuse_too_long(ticks, recorded.size + 1)
     x, p = loop.initial_column(start), loop.parameter_values()
     rows: list[np.ndarray] = []
     for first in range(0, ticks, BLOCK):
-        block = noise[first : first + BLOCK]
+        block = noise.standard_normal(min(BLOCK, ticks - first))
         x, y = made.run(x, block, p)
         rows.append(y)
         if progress is not None:
@@ -93,6 +96,18 @@ def run(
     if isinstance(loop.law, PlainLaw) and channels is not None:
         return select(recording, channels)
     return recording
+
+
+def _refuse_too_long(ticks: int, columns: int) -> None:
+    """Refuse a recording that the machine cannot hold, before hours are spent on it."""
+    needed = 2 * 8 * ticks * columns  # the blocks, and the whole that is made of them
+    available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > available:
+        raise AlightError(
+            f"a recording of {ticks:.3g} samples of {columns} columns needs {needed / 1e9:.3g} GB, "
+            f"and this machine has {available / 1e9:.3g} GB; set a shorter duration, or record "
+            "fewer channels"
+        )
 
 
 _made: OrderedDict[Hashable, tuple[Runner, Layout]] = OrderedDict()
