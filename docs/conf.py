@@ -41,6 +41,8 @@ napoleon_use_rtype = False
 
 html_theme = "furo"
 html_title = f"Alight {version}"
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
 # Without its menu MathJax never looks for the parts that it keeps on another host.
 mathjax3_config = {"options": {"enableMenu": False}}
 

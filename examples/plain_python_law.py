@@ -72,7 +72,7 @@ class Approach(alight.PlainLaw):
 
 def main() -> None:
     """Run the law on the arm of own_arm.toml."""
-    scenario = alight.load_scenario(SCENARIO, {"testbed.sample_rate": 1000.0, "duration": 3.0})
+    scenario = alight.load_scenario(SCENARIO, {"testbed.sample_rate": 1000.0, "duration": 2.5})
     run = alight.simulate(scenario, law=Approach(scenario))
     contact = run.t[run["Lambda"] > 0]
     print(run.verdict)

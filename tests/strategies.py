@@ -157,7 +157,7 @@ def tip_frictions() -> SearchStrategy[TipFriction]:
         deflection=log_between(1e-5, 1e-3),
         damping=between(0.0, 1e-2),
         breakaway=between(0.1, 0.9),
-        release=log_between(1e-4, 1e-2),
+        response=log_between(2e-4, 1e-2),
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import EXAMPLES, OWN_ARM, environment, process
+from tests.cli.command import EXAMPLES, OWN_ARM, environment, invoke
 
 SCRIPTS = sorted(path.name for path in EXAMPLES.glob("*.py"))
 
@@ -59,15 +59,17 @@ def test_a_law_in_ordinary_python_brings_the_body_to_its_set_point(tmp_path):
     assert numbers(text.splitlines()[-1])[-1] < 1.0  # mm
 
 
-def test_the_command_lines_in_the_scripts_work():
+def test_the_command_lines_in_the_scripts_work(monkeypatch):
     """Those that an example's text offers, in the folder of the examples."""
+    monkeypatch.chdir(EXAMPLES)
+    monkeypatch.syspath_prepend(EXAMPLES)
     texts = "".join(path.read_text() for path in EXAMPLES.iterdir() if path.suffix != ".pyc")
     found = re.findall(r"^#? +(alight [^`\n]+)$|`(alight [^`]+)`", texts, re.MULTILINE)
     lines = sorted({" ".join("".join(pair).split()) for pair in found})
     assert len(lines) >= 3
     for line in lines:
-        done = process(*line.split()[1:], cwd=EXAMPLES)
-        assert (done.returncode, done.stderr) == (0, ""), line
+        result = invoke(*line.split()[1:])
+        assert (result.exit_code, result.stderr) == (0, ""), line
 
 
 @pytest.mark.parametrize("name", SCRIPTS)

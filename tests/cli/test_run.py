@@ -13,7 +13,7 @@ import pytest
 
 import alight
 from alight.cli.summary import Summary
-from tests.cli.command import OWN_ARM, SHORT, TRIPS, environment, invoke, process
+from tests.cli.command import OWN_ARM, SHORT, TRIPS, invoke, process
 
 FILES = ["plan.png", "recording.mcap", "recording.parquet", "summary.json", "torques.png"]
 
@@ -51,7 +51,7 @@ def test_the_table_holds_what_a_person_asks_first():
     text = result.stdout
     for row in (
         "Own arm against a plate on a spring",
-        "ran to its end at 0.4",
+        "ran to its end at 0.3995 s",
         f"{found['contact_time']:.4f} s",
         f"{found['peak_F_m']:.4g} N",
         f"{found['least_probe_clearance'] * 1e3:.4g} mm",
@@ -209,27 +209,32 @@ def test_a_run_that_ends_early_fails_with_its_verdict_and_keeps_its_recording(tm
 
 
 @pytest.mark.parametrize(
-    ("settings", "outcome"),
+    ("settings", "outcome", "pictures"),
     [
-        (TRIPS, "tripped"),
-        (("--set", "plant.body.m=1e-9"), "diverged"),
+        (TRIPS, "tripped", 2),
+        (("--set", "plant.body.m=1e-9"), "diverged", 2),
+        (("--set", "law.gains.Gamma=1e300"), "not_finite", 2),
         (
             (
                 *("--set", "testbed.motors.limit=[1e300, 1e300]"),
                 *("--set", "law.gains.k3=[1e200, 1e200]"),
             ),
             "not_finite",
+            0,  # nothing but the start is a number
         ),
     ],
 )
-def test_the_json_of_a_run_that_ends_early_is_json_all_the_same(settings, outcome, tmp_path):
+def test_what_is_kept_of_a_run_that_ends_early_is_whole(settings, outcome, pictures, tmp_path):
     result = invoke("run", OWN_ARM, *settings, "--json", "--out", str(tmp_path))
     assert result.exit_code == 1
     found = read(result.stdout)
     assert found["completed"] is False and found["verdict"]["outcome"] == outcome
     assert found["verdict"]["signal"] and found["verdict"]["cause"]
     assert found["peak_e_m"] is found["peak_e_r1"] is found["peak_e_r2"] is None
-    assert sorted(os.listdir(tmp_path)) == FILES
+    assert read((tmp_path / "summary.json").read_text()) == found
+    for name in ("recording.parquet", "recording.mcap"):
+        assert alight.Recording.load(tmp_path / name).verdict.outcome.name.lower() == outcome
+    assert len(list(tmp_path.glob("*.png"))) == pictures
 
 
 def test_the_verdict_of_a_process_is_its_exit_code():
@@ -251,5 +256,5 @@ def test_peaks_pass_over_what_is_no_number():
 
 def test_the_environment_of_these_tests_reaches_the_process():
     """Otherwise another Alight than the one under test would have run above."""
-    done = process("--version", env=environment())
+    done = process("--version")
     assert (done.returncode, done.stdout) == (0, f"{alight.__version__}\n")

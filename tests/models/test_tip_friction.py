@@ -76,7 +76,7 @@ def test_the_bristle_follows_the_tip_below_breakaway(friction, share, v):
 @given(tip_frictions(), SHARES)
 def test_a_free_bristle_relaxes_and_a_resting_tip_leaves_it_alone(friction, share):
     z = share * friction.deflection
-    assert friction.z_dot(z, 0.7, 0.0) == -z / friction.release
+    assert friction.z_dot(z, 0.7, 0.0) == -z / friction.response
     assert friction.z_dot(z, 0.0, 1.0) == 0
 
 

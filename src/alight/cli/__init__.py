@@ -31,14 +31,22 @@ add(app, scenarios, example="alight scenarios experiment-1")
 add(app, identify, example="alight identify --out identified --generations 400 --seed 2")
 
 
-@app.callback()
-def options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
-) -> None:
-    """Take what stands before the verb."""
-    if version:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         typer.echo(alight.__version__)
         raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Take what stands before the verb."""
 
 
 def main() -> None:

@@ -45,11 +45,20 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
         except MemoryError as error:
             _complain(f"error: out of memory: {error}; make duration shorter")
             raise typer.Exit(REFUSED) from None
-        except KeyboardInterrupt:
+        except BaseException as error:
+            if not _is_interrupt(error):
+                raise
             _complain("interrupted")
             raise typer.Exit(INTERRUPTED) from None
 
     return safe
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: CasADi may turn it into a SystemError."""
+    return isinstance(error, KeyboardInterrupt) or (
+        isinstance(error, SystemError) and _is_interrupt(error.__cause__)
+    )
 
 
 @contextlib.contextmanager

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import typer
 
 from alight.cli.guard import FAILED
 from alight.cli.options import AsJson, Backend, BackendName, OutFolder, ScenarioName, Seed, Settings
-from alight.cli.output import output_folder, show, show_json, write_json
+from alight.cli.output import output_folder, show, show_json
 from alight.cli.progress import progress_bar
-
-if TYPE_CHECKING:
-    from alight.cli.summary import Summary
 
 
 def run(
@@ -43,18 +37,8 @@ def run(
         else:
             show(summary.as_table(), summary.ending)
         if folder is not None:
-            _keep(summary, folder)
+            from alight.cli.keep import keep
+
+            keep(summary, folder)
     if not recording.verdict.completed:
         raise typer.Exit(FAILED)
-
-
-def _keep(summary: Summary, folder: Path) -> None:
-    """Write all files of a run, what cannot be made again first."""
-    from alight.figures import applied_against_computed, plan_view, save
-
-    recording = summary.recording
-    recording.save(folder / "recording.parquet")
-    write_json(summary.as_dict(), folder / "summary.json")
-    recording.save(folder / "recording.mcap")
-    save(plan_view(recording, summary.scenario), folder / "plan.png")
-    save(applied_against_computed(recording), folder / "torques.png")

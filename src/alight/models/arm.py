@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Annotated, ClassVar, Literal
 
-from alight.errors import Unreachable
+from alight.errors import UnknownName, Unreachable
 from alight.models.rigid_body import christoffel
 from alight.symbolic.derive import jacobian, time_derivative
 from alight.symbolic.ops import (
@@ -189,6 +189,8 @@ class TwoLinkArm(Arm):
         Unreachable
             If the position lies outside the workspace or on its border, where J is singular.
         """
+        if elbow not in ("+", "-"):
+            raise UnknownName("elbow", elbow, ("+", "-"))
         x1, x2 = (float(v) for v in x_r)
         reach = float(sqrt(x1**2 + x2**2))
         inner, outer = abs(self.l1 - self.l2), self.l1 + self.l2

@@ -20,8 +20,8 @@ class TipFriction:
     sticks without the creep of the LuGre model, so that a steady-state error can persist.
 
     Dupont, Hayward, Armstrong and Altpeter, "Single state elastoplastic friction models", IEEE
-    Trans. Autom. Control 47(5), 2002. The scaling by the normal force and the relaxation out of
-    contact are our own.
+    Trans. Autom. Control 47(5), 2002. The scaling by the normal force, the bounds on force
+    and speed of the bristle, and its relaxation out of contact are our own.
     """
 
     mu: Annotated[NonNegative, Quantity("", "friction coefficient; 0 turns friction off")] = 0.0
@@ -32,7 +32,9 @@ class TipFriction:
     breakaway: Annotated[
         float, at.Gt(0), at.Lt(1), Quantity("", "fraction of the deflection that stays elastic")
     ] = 0.7
-    release: Annotated[Positive, Quantity("s", "time in which a free bristle relaxes")] = 1e-3
+    response: Annotated[
+        Positive, Quantity("s", "shortest time in which the bristle bends or relaxes")
+    ] = 1e-3
 
     def plasticity(self, z: Scalar, v: Scalar) -> Scalar:
         """Share of the motion that slides: 0 sticks, 1 slides fully (alpha of Dupont et al.)."""
@@ -42,12 +44,17 @@ class TipFriction:
         return where(z * v > 0, sliding, 0.0)
 
     def z_dot(self, z: Scalar, v: Scalar, Lambda: Scalar) -> Scalar:
-        """Rate of the bristle deflection ``z`` [m/s] at the sliding speed ``v`` [m/s]."""
-        sticking = v * (1 - self.plasticity(z, v) * fabs(z) / self.deflection)
-        return where(Lambda > 0, sticking, -z / self.release)
+        """Rate of the bristle deflection ``z`` [m/s] at the sliding speed ``v`` [m/s].
+
+        The bristle follows no faster than ``deflection / response``: at such speeds it is fully
+        deflected anyway, and a fixed step must be able to follow it.
+        """
+        followed = v / (1 + fabs(v) * self.response / self.deflection)
+        sticking = followed * (1 - self.plasticity(z, v) * fabs(z) / self.deflection)
+        return where(Lambda > 0, sticking, -z / self.response)
 
     def force(self, z: Scalar, v: Scalar, F_m: Scalar) -> Scalar:
-        """Force [N] on the body along X2 under the normal force ``F_m`` [N]."""
+        """Force [N] on the body along X2 under the normal force ``F_m`` [N], within ``mu F_m``."""
         touching = where(F_m > 0, 1.0, 0.0)
         strain = (z + self.damping * self.z_dot(z, v, touching)) / self.deflection
-        return self.mu * F_m * strain
+        return self.mu * F_m * minimum(maximum(strain, -1.0), 1.0)

@@ -63,6 +63,12 @@ class Document:
                 f"steady_state = {self.steady_state} must not be longer than "
                 f"duration = {self.duration}"
             )
+        step = 1 / (self.testbed.sample_rate * self.substeps)
+        if self.plant.tip_friction.response < step:
+            raise ValueError(
+                f"plant.tip_friction.response = {self.plant.tip_friction.response:g} s is shorter "
+                f"than the integrator's step of {step:g} s; raise it, or substeps"
+            )
 
 
 @dataclass(frozen=True)

@@ -16,15 +16,18 @@ from alight.kernels.program import Program
 from alight.models import Plant, PlantState
 from alight.simulation.integrate import rk4_step
 from alight.symbolic.build import build
-from alight.symbolic.ops import Scalar, Vector, vector, where
-from alight.symbolic.parameters import Quantity, lift, parameters, values_of
+from alight.symbolic.ops import Scalar, Vector, fabs, maximum, vector, where
+from alight.symbolic.parameters import Quantity, is_parameters, lift, parameters, values_of
 from alight.symbolic.signals import Layout, Signal
 from alight.testbed import SensorState, Testbed
 
 PLANT = Layout.of(PlantState)
 SENSORS = Layout.of(SensorState)
-DIVERGED = 101
-TRIPS = {DIVERGED: "the plant left the range in which its numbers mean anything"}
+DIVERGED, NO_TORQUE = 101, 102
+TRIPS = {
+    DIVERGED: "the plant left the range in which its numbers mean anything",
+    NO_TORQUE: "the law gave a torque that is infinite or not a number",
+}
 
 PLANT_SIGNALS = {
     **PLANT.signals,
@@ -86,7 +89,7 @@ class ClosedLoop:
     def parameters(self) -> dict[str, Any]:
         """The parameter sets whose numbers are inputs of the tick, by path."""
         sets: dict[str, Any] = {"plant": self.plant, "testbed": self.testbed}
-        return sets if isinstance(self.law, PlainLaw) else {**sets, "law": self.law}
+        return {**sets, "law": self.law} if is_parameters(self.law) else sets
 
     def parameter_values(self) -> np.ndarray:
         """Value of each parameter of the program, in its order."""
@@ -139,6 +142,12 @@ def plant_signals(loop: ClosedLoop, s: PlantState, tau_applied: Vector) -> dict[
 def _diverged(column: ca.SX) -> Scalar:
     """Trip when an entry of the plant state passes 1e6 in SI units."""
     return where(ca.mmax(ca.fabs(column)) > 1e6, float(DIVERGED), 0.0)
+
+
+def _no_torque(tau: Vector) -> Scalar:
+    """Trip when a torque is no number: a clip would turn it into the limit without a word."""
+    usable = (fabs(tau[0]) < 1e300) * (fabs(tau[1]) < 1e300)  # false for NaN
+    return where(usable > 0, 0.0, float(NO_TORQUE))
 
 
 def _lifted(loop: ClosedLoop) -> tuple[ClosedLoop, ca.SX, tuple[str, ...]]:
@@ -201,7 +210,7 @@ def tick_program(loop: ClosedLoop, channels: tuple[str, ...] | None = None) -> P
         "tau": tick.tau,
     }
     outputs = recorded.pack({name: values[name] for name in recorded.signals})
-    tripped = where(tick.trip > 0, tick.trip, _diverged(following))
+    tripped = where(tick.trip > 0, tick.trip, maximum(_no_torque(tick.tau), _diverged(following)))
     x_next = ca.vertcat(
         following,
         SENSORS.pack(now._asdict()),

@@ -137,7 +137,7 @@ class _Switching:
         touching = self._gap(t, x) >= 0
         while True:
             inside = times[(times > t) | ((times >= t) & (not columns))]
-            # a trial step may pass the domain of u_f and overflow; the solver then takes a shorter
+            # a trial step may leave the domain of u_f and overflow; it is then made shorter
             with np.errstate(over="ignore", invalid="ignore"):
                 part = solve_ivp(
                     self._x_dot,

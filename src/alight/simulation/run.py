@@ -16,6 +16,7 @@ from alight.kernels.direct import Direct
 from alight.kernels.select import Backend
 from alight.simulation.closed_loop import (
     MEASURED_SIGNALS,
+    NO_TORQUE,
     PLANT,
     PLANT_SIGNALS,
     SENSORS,
@@ -120,7 +121,7 @@ def _prepared(
 ) -> tuple[Runner, Layout]:
     """Build a loop once: loops that differ in numbers only share one program."""
     sets = tuple(structure_of(part) for part in loop.parameters().values())
-    key = (sets, loop.substeps, channels, backend)
+    key = (sets, structure_of(loop.law), loop.substeps, channels, backend)
     if key not in _made:
         program = tick_program(loop, channels)
         _made[key] = runner(program, backend), program.recorded
@@ -147,6 +148,8 @@ def _verdict(
         return Verdict(
             Outcome.TRIPPED, end, "u_f" if "u_f" in law.states else None, law.trips[code]
         )
+    if code == NO_TORQUE:
+        return Verdict(Outcome.NOT_FINITE, end, "tau", TRIPS[code])
     if code in TRIPS:
         largest = int(np.argmax(np.abs(plant)))
         return Verdict(Outcome.DIVERGED, end, PLANT.columns[largest], TRIPS[code])
@@ -191,6 +194,7 @@ class _PlainLoop:
             **self._state,
             "tau": tick.tau,
         }
-        row = np.append(Layout(self._loop.signals).pack(values), tick.trip or trip[0])
+        lost = 0.0 if np.isfinite(tick.tau).all() else float(NO_TORQUE)
+        row = np.append(Layout(self._loop.signals).pack(values), tick.trip or lost or trip[0])
         self._state = dict(tick.state)
         return np.concatenate([following, now, clipped if self._loop.testbed.delay else []]), row

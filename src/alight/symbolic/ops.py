@@ -91,7 +91,7 @@ def concatenate(*parts: Any) -> Vector:
     """Scalars and vectors joined to one vector."""
     if is_symbolic(*parts):
         return ca.vertcat(*parts)
-    return np.concatenate([np.atleast_1d(np.asarray(p, dtype=float)) for p in parts])
+    return np.concatenate([np.zeros(0), *(np.atleast_1d(np.asarray(p, float)) for p in parts)])
 
 
 def inverse(a: Matrix) -> Matrix:

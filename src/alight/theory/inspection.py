@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,10 @@ from alight.symbolic.ops import as_vector, determinant
 from alight.theory.lyapunov import V, V_r, ideal_measurement
 
 INPUTS = ("plant", "ref", "gains", "proj_dk", "state")
-STATE = ("q", "q_dot", "x_m", "x_m_dot", "e_f", "theta_dk_hat", "theta_r_hat")
+STATE = {"q": 2, "q_dot": 2, "x_m": 0, "x_m_dot": 0, "e_f": 0, "theta_dk_hat": 0}
+"""Number of entries of each part of the state but ``theta_r_hat``; 0 for a single number."""
+PLANT_ENTRIES = {"p": 3, "l": 2, "m": 0, "k_s": 0, "K_I": 0, "x_0": 0}
+BOX_ENTRIES = {"lo": 0, "hi": 0, "eps": 0, "delta": 0, "n": 0}
 
 
 def inspect(
@@ -64,6 +68,7 @@ def inspect(
     if subject is None or isinstance(subject, Mapping):
         plant, law, s, a = _from_mapping({**(subject or {}), **given})
     else:
+        _same_names("inspect of a scenario", {"state": {}, **given}, ["state"])
         plant, law, s, a = _from_scenario(subject, **given)
     e = law.errors(ideal_measurement(s), a.u_f, a.theta_dk_hat)
     return {
@@ -105,9 +110,7 @@ def _mass_and_filter(
     def eta_m(x_m: Any, x_m_dot: Any, u_f: Any) -> Any:
         return law.filter_rates(x_m, x_m_dot, u_f, theta)[0]
 
-    eta_m_dot = time_derivative(
-        eta_m, [s.x_m, s.x_m_dot, a.u_f], [s.x_m_dot, x_m_ddot, e.u_f_dot]
-    )
+    eta_m_dot = time_derivative(eta_m, [s.x_m, s.x_m_dot, a.u_f], [s.x_m_dot, x_m_ddot, e.u_f_dot])
     x_rd1_ddot = law.x_rd1_ddot(s.x_m, s.x_m_dot, a.u_f, theta, x_m_ddot)
     without_E2 = x_rd1_ddot - Y_d * slope_theta * e.theta_dk_hat_dot
     return {
@@ -202,26 +205,48 @@ def _from_scenario(
         "theta_dk_hat": law.theta_dk.initial,
         "theta_r_hat": law.theta_r.initial,
     }
-    return (lossless, law, *_states({**defaults, **(state or {})}))
+    return (lossless, law, *_states(law, {**defaults, **dict(state or {})}))
 
 
-def _states(state: Mapping[str, Any]) -> tuple[PlantState, AdaptiveState]:
-    if set(state) != set(STATE):
-        raise AlightError(f"state has the entries {sorted(state)}; needs {sorted(STATE)}")
-    q, q_dot, theta_r_hat = (
-        np.asarray(state[name], dtype=float) for name in ("q", "q_dot", "theta_r_hat")
-    )
-    s = PlantState(q, q_dot, float(state["x_m"]), float(state["x_m_dot"]), 0.0)
-    filtered = float(np.tanh(state["e_f"]))
-    return s, AdaptiveState(filtered, float(state["theta_dk_hat"]), theta_r_hat)
+def _same_names(where: str, given: Any, needed: Iterable[str]) -> None:
+    if not isinstance(given, Mapping):
+        raise AlightError(f"{where} = {given!r}: must be a mapping with {sorted(needed)}")
+    if set(given) != set(needed):
+        raise AlightError(f"{where} has the entries {sorted(given)}; needs {sorted(needed)}")
+
+
+def _numbers(where: str, given: Any, sizes: Mapping[str, int]) -> dict[str, Any]:
+    """Entries as floats and arrays, refused unless they are finite and of the stated sizes."""
+    _same_names(where, given, sizes)
+    found: dict[str, Any] = {}
+    for name, size in sizes.items():
+        try:
+            value = np.asarray(given[name], dtype=float)
+        except (TypeError, ValueError):
+            value = np.array(np.nan)
+        if value.shape != ((size,) if size else ()) or not np.isfinite(value).all():
+            wanted = f"{size} finite numbers" if size else "a finite number"
+            raise AlightError(f"{where}.{name} = {given[name]!r}: must be {wanted}")
+        found[name] = value if size else float(value)
+    return found
+
+
+def _states(law: AdaptiveContactLaw, state: Any) -> tuple[PlantState, AdaptiveState]:
+    v = _numbers("state", state, {**STATE, "theta_r_hat": len(law.Gamma_r)})
+    s = PlantState(v["q"], v["q_dot"], v["x_m"], v["x_m_dot"], 0.0)
+    return s, AdaptiveState(float(np.tanh(v["e_f"])), v["theta_dk_hat"], v["theta_r_hat"])
 
 
 def _from_mapping(
     inputs: Mapping[str, Any],
 ) -> tuple[Plant, AdaptiveContactLaw, PlantState, AdaptiveState]:
-    if set(inputs) != set(INPUTS):
-        raise AlightError(f"inspect got the entries {sorted(inputs)}; needs {sorted(INPUTS)}")
-    p, box = inputs["plant"], inputs["proj_dk"]
+    _same_names("inspect", inputs, INPUTS)
+    _same_names("ref", inputs["ref"], [f.name for f in dataclasses.fields(Target)])
+    _same_names("gains", inputs["gains"], [*(f.name for f in dataclasses.fields(Gains)), "Gamma_r"])
+    p = _numbers("plant", inputs["plant"], PLANT_ENTRIES)
+    box = _numbers("proj_dk", inputs["proj_dk"], BOX_ENTRIES)
+    if box["lo"] >= box["hi"]:
+        raise AlightError(f"proj_dk.lo = {box['lo']}: must lie below proj_dk.hi = {box['hi']}")
     plant = Plant(
         TwoLinkArm(*p["l"], *p["p"]),
         MassSpring(p["m"], p["k_s"], p["x_0"]),
@@ -229,11 +254,11 @@ def _from_mapping(
     )
     half = (box["hi"] - box["lo"]) / 2
     gains = dict(inputs["gains"])
-    theta = np.asarray(inputs["state"]["theta_r_hat"], dtype=float)
+    Gamma_r = tuple(gains.pop("Gamma_r"))
     law = ForceLimiting(
         model=plant,
         target=Target(**inputs["ref"]),
-        Gamma_r=tuple(gains.pop("Gamma_r")),
+        Gamma_r=Gamma_r,
         gains=Gains(**gains),
         theta_dk=Estimate(
             (box["hi"] + box["lo"]) / 2,
@@ -241,9 +266,9 @@ def _from_mapping(
             box["hi"],
             margin=box["eps"] / half,
             leak=box["delta"] / half**2,
-            order=box["n"],
+            order=inputs["proj_dk"]["n"],
         ),
         # (33) is wanted before projection: bounds that never act
-        theta_r=Estimate(tuple(theta), tuple(theta - 1.0), tuple(theta + 1.0)),
+        theta_r=Estimate((0.0,) * len(Gamma_r), (-1.0,) * len(Gamma_r), (1.0,) * len(Gamma_r)),
     )
-    return (plant, law, *_states(inputs["state"]))
+    return (plant, law, *_states(law, inputs["state"]))
