@@ -44,9 +44,11 @@ def reproduce(out: Results = Path("results"), as_json: AsJson = False) -> None:
 
 
 def _table(done: Reproduction) -> Table:
-    made = table(">#", "claim", "published", "simulated", ">ratio", "holds")
+    made = table(">#", "claim", "published", "simulated", ">ratio (noise)", "holds")
     for claim in done.claims:
         ratio = "" if claim.ratio is None else f"{claim.ratio:.2f}"
+        if claim.spread is not None:
+            ratio += f" ({claim.spread[0]:.2f}-{claim.spread[1]:.2f})"
         holds = "yes" if claim.holds else "NO"
         made.add_row(
             str(claim.number), claim.statement, claim.published, claim.simulated, ratio, holds

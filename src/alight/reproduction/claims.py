@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from alight.reproduction.evidence import Evidence
@@ -29,6 +30,8 @@ class Claim:
     holds: bool
     ratio: float | None = None
     """Simulated over published value, where the paper prints a number."""
+    spread: tuple[float, float] | None = None
+    """Least and largest ratio under other sensor noise."""
     note: str = ""
     """What a reader must know to judge the claim."""
 
@@ -37,8 +40,8 @@ def claims(evidence: Evidence) -> list[Claim]:
     """Judge every claim by the evidence, in the order of the paper."""
     one, two = evidence.experiment_1, evidence.experiment_2
     return [
-        *_errors(1, "Experiment 1", "Section V-A", one, EXPERIMENT_1),
-        *_errors(4, "Experiment 2", "Section V-B", two, EXPERIMENT_2),
+        *_errors(1, "Experiment 1", "Section V-A", one, evidence.repeated_1, EXPERIMENT_1),
+        *_errors(4, "Experiment 2", "Section V-B", two, evidence.repeated_2, EXPERIMENT_2),
         _no_saturation(evidence),
         _violent(evidence),
         _clipped(evidence),
@@ -51,21 +54,27 @@ def claims(evidence: Evidence) -> list[Claim]:
 
 
 def _errors(
-    first: int, label: str, source: str, m: Measures, published: SteadyState
+    first: int,
+    label: str,
+    source: str,
+    m: Measures,
+    repeated: Sequence[Measures],
+    published: SteadyState,
 ) -> list[Claim]:
     found = []
     for i, (name, target) in enumerate(published._asdict().items()):
-        value = getattr(m, name)
-        ratio = value / target
+        ratio = getattr(m, name) / target
+        others = [getattr(other, name) / target for other in repeated]
         found.append(
             Claim(
                 first + i,
                 f"{label}: peak steady-state |{name}|",
                 source,
                 _length(target),
-                _length(value),
+                _length(getattr(m, name)),
                 m.completed and 1 / FACTOR <= ratio <= FACTOR,
                 ratio,
+                (min(others), max(others)),
             )
         )
     return found

@@ -25,6 +25,10 @@ class Evidence:
     unsaturated_42: Measures
     clipped_42: tuple[float, Measures] | None
     frictionless_1: Measures
+    repeated_1: list[Measures]
+    """Experiment 1 under other sensor noise."""
+    repeated_2: list[Measures]
+    """Experiment 2 under other sensor noise."""
     motor_limit: tuple[float, float]
     artificial_limit: tuple[float, float]
     gains_1: Gains
@@ -41,7 +45,9 @@ class Runs:
     recording_2: Recording
 
 
-STEPS = 5
+REPEATS = 8
+"""Runs of each experiment under other sensor noise."""
+STEPS = 6
 """Number of steps that `gather` reports."""
 
 
@@ -58,6 +64,11 @@ def gather(step: Step) -> tuple[Runs, Evidence]:
     clipped = variants.clipped_with_42()
     step("Experiment 1 without tip friction")
     smooth = run_and_measure(variants.without_friction("experiment-1"))
+    step("both experiments under other sensor noise")
+    repeated = [
+        [run_and_measure(scenario, scenario.document.seed + k) for k in range(1, 1 + REPEATS)]
+        for scenario in (one, two)
+    ]
     motors = two.testbed.motors
     law = one.law
     assert isinstance(law, ContactTransitionLaw)  # the shipped scenario states it
@@ -67,6 +78,8 @@ def gather(step: Step) -> tuple[Runs, Evidence]:
         unsaturated_42=unsaturated,
         clipped_42=clipped,
         frictionless_1=smooth,
+        repeated_1=repeated[0],
+        repeated_2=repeated[1],
         motor_limit=one.testbed.motors.limit,
         artificial_limit=motors.artificial_limit or motors.limit,
         gains_1=law.gains,

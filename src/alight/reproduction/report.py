@@ -71,11 +71,13 @@ def _summary(claims: Sequence[Claim]) -> str:
 
 def _claims_table(claims: Sequence[Claim]) -> str:
     rows = [
-        "| # | claim | source | published | simulated | ratio | holds |",
+        "| # | claim | source | published | simulated | ratio (other noise) | holds |",
         "|---|---|---|---|---|---|---|",
     ]
     for c in claims:
         ratio = "" if c.ratio is None else f"{c.ratio:.2f}"
+        if c.spread is not None:
+            ratio += f" ({c.spread[0]:.2f} to {c.spread[1]:.2f})"
         cells = [str(c.number), c.statement, c.source, c.published, c.simulated, ratio]
         rows.append("| " + " | ".join([*cells, "yes" if c.holds else "**no**"]) + " |")
     return (

@@ -80,7 +80,7 @@ def measure(recording: Recording, scenario: Scenario) -> Measures:
     )
 
 
-def run_and_measure(scenario: Scenario) -> Measures:
-    """Run a scenario and take its figures."""
+def run_and_measure(scenario: Scenario, seed: int | None = None) -> Measures:
+    """Run a scenario, with another seed of the noise if given, and take its figures."""
     channels = tuple(name for name in CHANNELS if name in scenario.closed_loop.signals)
-    return measure(simulate(scenario, channels=channels), scenario)
+    return measure(simulate(scenario, seed=seed, channels=channels), scenario)
