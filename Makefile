@@ -19,13 +19,16 @@ LOCK   := $(UV) pip compile --quiet --universal --python-version 3.11 --fork-str
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test lint types imports docs tests format install lock clean
+.PHONY: help reproduce results test lint types imports docs tests format install lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 reproduce: $(VENV)/runtime.stamp ## both experiments, every claim, the figures
 	$(BIN)/alight reproduce
+
+results: $(VENV)/runtime.stamp ## renew what the documentation shows
+	$(BIN)/python docs/make_results.py
 
 test: lint types imports docs tests ## everything that CI runs
 

@@ -21,7 +21,8 @@ SHORT = ("--set", "duration=0.4", "--set", "steady_state=0.05")
 TRIPS = ("--set", "law.gains.alpha1=5000")
 """Lets the filter escape within the first samples, long before any contact."""
 
-_COMMAND = [sys.executable, "-c", "from alight.cli import main; main()"]
+# -P as for an installed command: the current folder is not among those of modules.
+_COMMAND = [sys.executable, "-P", "-c", "from alight.cli import main; main()"]
 
 
 def environment(**changes: str | None) -> dict[str, str]:

@@ -7,10 +7,18 @@ import subprocess
 
 import pytest
 
+from alight.kernels.compiled import CompilerUnavailable, find_compiler
 from tests.cli.command import OWN_ARM, SHORT, environment, invoke, process
 
 RUN = ("run", OWN_ARM, *SHORT, "--json")
 SLOWER = "note: runs in CasADi's virtual machine, several times slower: "
+
+
+def compiler() -> str | None:
+    try:
+        return find_compiler()
+    except CompilerUnavailable:
+        return None
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +54,17 @@ def test_with_a_cache_folder_that_cannot_be_written(figures, tmp_path):
     compiler.chmod(0o755)
     env = environment(CC=str(compiler), XDG_CACHE_HOME=str(tmp_path / "file" / "cache"))
     check(process(*RUN, env=env), figures, "cannot build in ")
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler on this machine")
+def test_with_a_program_in_the_cache_that_is_damaged(figures, tmp_path):
+    env = environment(XDG_CACHE_HOME=str(tmp_path))
+    first = process(*RUN, env=env)
+    assert (first.returncode, first.stderr) == (0, "")
+    assert json.loads(first.stdout) == figures
+    (library,) = (tmp_path / "alight").iterdir()
+    library.write_bytes(b"no program")
+    check(process(*RUN, env=env), figures, f"{library}: ")
 
 
 def test_who_insists_on_c_is_told_what_is_missing(tmp_path):

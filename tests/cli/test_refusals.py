@@ -6,6 +6,7 @@ import os
 import re
 
 import pytest
+import typer
 
 from alight.cli.guard import guarded
 from tests.cli.command import OWN_ARM, SHORT, invoke, process
@@ -88,9 +89,21 @@ def test_a_defect_keeps_its_traceback(tmp_path):
     assert not out.exists()
 
 
-def test_a_defect_of_a_command_is_not_swallowed():
+@pytest.mark.parametrize("defect", [ZeroDivisionError, SystemError, RuntimeError, OSError])
+def test_a_defect_of_a_command_is_not_swallowed(defect):
     def command() -> None:
-        raise ZeroDivisionError
+        raise defect
 
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(defect):
         guarded(command)()
+
+
+def test_ctrl_c_is_known_in_the_guise_that_casadi_gives_it():
+    """Its functions may end with a SystemError because of the KeyboardInterrupt."""
+
+    def command() -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    with pytest.raises(typer.Exit) as caught:
+        guarded(command)()
+    assert caught.value.exit_code == 130

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 import alight
-from alight.cli.guard import add
+from alight.cli.guard import add, example_text
 from alight.cli.identify import identify
 from alight.cli.reproduce import reproduce
 from alight.cli.run import run
@@ -20,6 +20,7 @@ from alight.cli.scenarios import scenarios
 app = typer.Typer(
     name="alight",
     help="Simulate, check and reproduce control of a robot at the moment it touches something.",
+    epilog=example_text("alight run experiment-1"),
     no_args_is_help=True,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,

@@ -22,7 +22,12 @@ FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 
 def add(app: typer.Typer, command: Callable[..., None], example: str) -> None:
     """Add a command: `guarded`, and with a worked example at the end of its help."""
-    app.command(epilog=f"**Example:** {example}")(guarded(command))
+    app.command(epilog=example_text(example))(guarded(command))
+
+
+def example_text(example: str) -> str:
+    """Return the last line of a help text."""
+    return f"**Example:** {example}"
 
 
 def guarded(command: Callable[..., None]) -> Callable[..., None]:

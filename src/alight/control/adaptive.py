@@ -43,7 +43,10 @@ class AdaptiveContactLaw(ContactTransitionLaw):
         given = {"Gamma_r": self.Gamma_r, "theta_r.initial": self.theta_r.initial}
         for name, value in given.items():
             if not isinstance(value, tuple) or len(value) != entries:
-                raise ValueError(f"{name} needs {entries} entries, one for each of theta_r")
+                given_entries = len(value) if isinstance(value, tuple) else 1
+                raise ValueError(
+                    f"{name} has {given_entries} entries; needs {entries}, one for each of theta_r"
+                )
         if isinstance(self.theta_dk.initial, tuple):
             raise ValueError("theta_dk.initial must be one number")
 

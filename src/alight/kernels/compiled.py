@@ -115,7 +115,11 @@ class Compiled:
     name = "c"
 
     def __init__(self, program: Program) -> None:
-        library = ctypes.CDLL(str(library_of(source_of(program))))
+        path = library_of(source_of(program))
+        try:
+            library = ctypes.CDLL(str(path))
+        except OSError as error:
+            raise CompilerUnavailable(f"{error}; remove it, or allow programs there") from None
         self._n_y = program.tick.numel_out(1)
         self._run = library.alight_run
         doubles = np.ctypeslib.ndpointer(dtype=np.float64, flags="C_CONTIGUOUS")

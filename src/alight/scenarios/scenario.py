@@ -13,7 +13,14 @@ from alight.control import Target
 from alight.control.law import Law
 from alight.models import Plant
 from alight.simulation.closed_loop import ClosedLoop, InitialState
-from alight.symbolic.parameters import Pair, Positive, Quantity, parameters
+from alight.symbolic.parameters import (
+    Pair,
+    Positive,
+    Quantity,
+    is_parameters,
+    numeric_fields,
+    parameters,
+)
 from alight.testbed import Testbed
 
 Elbow = Literal["+", "-"]
@@ -71,6 +78,22 @@ class Document:
             )
 
 
+def settings_of(law: Law) -> dict[str, Any]:
+    """Numbers of a law as a ``[law]`` table holds them, without what it is told of the plant."""
+    if not is_parameters(law):
+        return {}
+    table: dict[str, Any] = {}
+    for path, value, _ in numeric_fields(law):
+        *tables, key = path.split(".")
+        if tables[:1] in (["model"], ["target"]):
+            continue
+        at = table
+        for name in tables:
+            at = at.setdefault(name, {})
+        at[key] = value
+    return table
+
+
 @dataclass(frozen=True)
 class Scenario:
     """Plant, testbed, law, start and target with numbers; the two experiments are scenarios."""
@@ -112,7 +135,7 @@ class Scenario:
     def with_law(self, law: Law) -> Scenario:
         """Return the same scenario under another law."""
         cls = type(law)
-        named = {"type": f"{cls.__module__}:{cls.__qualname__}"}
+        named = {"type": f"{cls.__module__}:{cls.__qualname__}", **settings_of(law)}
         return dataclasses.replace(self, law=law, data={**self.data, "law": named})
 
     def description(self) -> dict[str, Any]:

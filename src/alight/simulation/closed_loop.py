@@ -41,9 +41,8 @@ PLANT_SIGNALS = {
     "det_J": Signal("m^2", "determinant of the Jacobian; zero in a singular pose"),
     "tau_applied": Signal("N m", "torque at the joints after clipping and delay", 2),
 }
-MEASURED_SIGNALS = {
-    f"{name}_measured": signal for name, signal in Layout.of(Measurement).signals.items()
-}
+MEASURED = Layout.of(Measurement)
+MEASURED_SIGNALS = {f"{name}_measured": signal for name, signal in MEASURED.signals.items()}
 
 
 @parameters
@@ -78,13 +77,13 @@ class ClosedLoop:
     @property
     def signals(self) -> dict[str, Signal]:
         """Every signal that a run can record."""
-        return {
-            **PLANT_SIGNALS,
-            **MEASURED_SIGNALS,
-            **self.law.signals,
-            **self.law.states,
-            "tau": Signal("N m", "torque computed by the law", 2),
-        }
+        return {**PLANT_SIGNALS, **MEASURED_SIGNALS, **self.law_signals}
+
+    @property
+    def law_signals(self) -> dict[str, Signal]:
+        """The signals of the law: those it states, its state, and its torque."""
+        torque = {"tau": Signal("N m", "torque computed by the law", 2)}
+        return {**self.law.signals, **self.law.states, **torque}
 
     def parameters(self) -> dict[str, Any]:
         """The parameter sets whose numbers are inputs of the tick, by path."""

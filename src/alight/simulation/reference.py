@@ -28,6 +28,9 @@ from alight.symbolic.signals import Layout, Signal
 
 FILTER_MARGIN = 1e-9
 """Distance of ``u_f`` from 1 at which a reference run ends."""
+SWITCH_MARGIN = 1e-14
+"""Gap at which a phase of contact or of free motion begins [m]."""
+X_M = PLANT.slices()["x_m"].start
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ def reference(
     start : InitialState
         Where the run starts.
     times : (n,) array
-        Times of the samples [s], increasing, the first at or after 0.
+        Times of the samples [s], increasing, the first at or after 0, the last after 0.
     rtol, atol : float
         Tolerances of the solver.
     method : str
@@ -69,8 +72,9 @@ def reference(
     Raises
     ------
     AlightError
-        If the law is not stated in continuous time.
+        If the law is not stated in continuous time, or the times are not as above.
     """
+    times = _checked(times)
     if not isinstance(loop.law, ContactTransitionLaw):
         raise AlightError(
             f"{type(loop.law).__name__} is a sampled law; the reference needs one that states its "
@@ -81,10 +85,21 @@ def reference(
     x = join_state(loop.law, plant, dict(loop.law.initial_state()))
     u_f = x.size - Layout(loop.law.states).size
     solver = _Switching(rates, u_f, dict(rtol=rtol, atol=atol, method=method))
-    states, verdict = solver.solve(x, np.asarray(times, dtype=float))
-    samples = np.asarray(observe.map(states.shape[1])(states)).T
-    t = np.asarray(times, dtype=float)[: len(samples)]
-    return Reference(Recording(t, samples, layout, verdict), np.array(solver.switches))
+    states, verdict = solver.solve(x, times)
+    seen = Direct(observe)
+    samples = np.array([seen(x)[0] for x in states.T]).reshape(-1, layout.size)
+    recording = Recording(times[: len(samples)], samples, layout, verdict)
+    return Reference(recording, np.array(solver.switches))
+
+
+def _checked(times: Any) -> np.ndarray:
+    given = np.asarray(times, dtype=float)
+    rising = given.ndim == 1 and given.size and bool((np.diff(given) > 0).all())
+    if not rising or not np.isfinite(given).all() or given[0] < 0 or given[-1] == 0:
+        raise AlightError(
+            "times must be one row of finite numbers that increase from 0 or later, to beyond 0"
+        )
+    return given
 
 
 def _functions(
@@ -156,5 +171,13 @@ class _Switching:
             if part.t_events[1].size:
                 last, cause = float(part.t_events[1][0]), ContactTransitionLaw.trips[FILTER_TRIP]
                 return np.hstack(columns), Verdict(Outcome.TRIPPED, last, "u_f", cause)
-            t, x, touching = float(part.t_events[0][0]), part.y_events[0][0], not touching
+            touching = not touching
+            t, x = float(part.t_events[0][0]), self._beyond(part.y_events[0][0], touching)
             self.switches.append(t)
+
+    def _beyond(self, x: np.ndarray, touching: bool) -> np.ndarray:
+        """Move a state off the surface of contact, into the phase that begins there."""
+        # on the wrong side by rounding, the first rates of the phase would be those of the other
+        moved = x.copy()
+        moved[X_M] += self._gap(0.0, x) - (SWITCH_MARGIN if touching else -SWITCH_MARGIN)
+        return moved

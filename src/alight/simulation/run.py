@@ -15,10 +15,9 @@ from alight.kernels import Runner, runner
 from alight.kernels.direct import Direct
 from alight.kernels.select import Backend
 from alight.simulation.closed_loop import (
-    MEASURED_SIGNALS,
+    MEASURED,
     NO_TORQUE,
     PLANT,
-    PLANT_SIGNALS,
     SENSORS,
     TRIPS,
     ClosedLoop,
@@ -167,6 +166,7 @@ class _PlainLoop:
     def __init__(self, loop: ClosedLoop, law: PlainLaw) -> None:
         self._loop, self._law = loop, law
         self._sense, self._move = (Direct(program) for program in plain_programs(loop))
+        self._recorded = Layout(loop.law_signals)
         self._state = dict(law.initial_state())
 
     def run(self, x: np.ndarray, w: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -182,19 +182,13 @@ class _PlainLoop:
     def _tick(self, x: np.ndarray, noise: float, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         plant, before, held = np.split(x, [PLANT.size, PLANT.size + SENSORS.size])
         now, seen = self._sense(plant, before, noise, p)
-        measured = Measurement(**Layout.of(Measurement).unpack(seen))
+        measured = Measurement(**MEASURED.unpack(seen))
         tick = self._law.tick(self._state, measured, self._loop.dt)
         clipped = self._loop.testbed.motors.clip(np.asarray(tick.tau, dtype=float))
         applied = held if self._loop.testbed.delay else clipped
         following, signals, trip = self._move(plant, applied, p)
-        values = {
-            **Layout(PLANT_SIGNALS).unpack(signals),
-            **dict(zip(MEASURED_SIGNALS, measured, strict=True)),
-            **tick.signals,
-            **self._state,
-            "tau": tick.tau,
-        }
+        own = self._recorded.pack({**tick.signals, **self._state, "tau": tick.tau})
         lost = 0.0 if np.isfinite(tick.tau).all() else float(NO_TORQUE)
-        row = np.append(Layout(self._loop.signals).pack(values), tick.trip or lost or trip[0])
+        row = np.concatenate([signals, seen, own, [tick.trip or lost or trip[0]]])
         self._state = dict(tick.state)
         return np.concatenate([following, now, clipped if self._loop.testbed.delay else []]), row
