@@ -149,15 +149,16 @@ def contact_laws() -> SearchStrategy[LinearSpring | KelvinVoigt | HuntCrossley]:
     return st.one_of(*(strategy() for strategy in CONTACT_LAWS.values()))
 
 
-def tip_frictions() -> SearchStrategy[TipFriction]:
-    """Friction at the tip."""
-    return st.builds(
-        TipFriction,
-        mu=between(0.05, 1.0),
-        deflection=log_between(1e-5, 1e-3),
-        damping=between(0.0, 1e-2),
-        breakaway=between(0.1, 0.9),
-        response=log_between(2e-4, 1e-2),
+@st.composite
+def tip_frictions(draw: st.DrawFn, damped: bool = False) -> TipFriction:
+    """Friction at the tip; ``damped`` if the bristle's damping shall reach its response."""
+    response = draw(log_between(2e-4, 1e-2))
+    return TipFriction(
+        mu=draw(between(0.05, 1.0)),
+        deflection=draw(log_between(1e-5, 1e-3)),
+        damping=response * draw(between(1.0, 5.0)) if damped else draw(between(0.0, 1e-2)),
+        breakaway=draw(between(0.1, 0.9)),
+        response=response,
     )
 
 

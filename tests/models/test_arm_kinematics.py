@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from alight.errors import AlightError, Unreachable
+from alight.errors import AlightError, UnknownName, Unreachable
 from alight.models import TwoLinkArm
 from alight.symbolic.derive import time_derivative
 from tests.lifted import Evaluate, lifted
@@ -91,6 +92,15 @@ def test_singular_poses_are_refused(arm, q1, q2, side):
     assume(q2 == 0.0 or arm.l1 != arm.l2)
     with pytest.raises(Unreachable, match="singular"):
         arm.inverse(arm.x_r(np.array([q1, q2])), side)
+
+
+@pytest.mark.parametrize("elbow", ["left", "", "+-", "−", 1, -1, None])
+def test_an_unknown_elbow_is_refused_with_the_known_ones(elbow):
+    with pytest.raises(
+        UnknownName, match=f"unknown elbow {re.escape(repr(elbow))}; one of: "
+    ) as refusal:
+        UNIT_ARM.inverse((0.5, 0.5), elbow)
+    assert refusal.value.allowed == ["+", "-"] and refusal.value.name == elbow
 
 
 @pytest.mark.parametrize("bad", [(np.nan, 0.3), (0.3, np.inf), (0.0, 0.0)])

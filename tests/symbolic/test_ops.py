@@ -82,6 +82,13 @@ def test_vectors_and_matrices_agree(entries, other):
         np.testing.assert_allclose(symbolic, numeric, rtol=1e-12, atol=1e-12)
 
 
+def test_nothing_joined_to_nothing_is_a_vector_without_entries():
+    assert ops.concatenate().shape == (0,) and ops.concatenate().dtype == float
+    assert ops.concatenate(np.zeros(0), 1.0, np.zeros(0)).tolist() == [1.0]
+    joined = ops.concatenate(ca.SX(0, 1), ca.SX.sym("x"))
+    assert joined.shape == (1, 1)
+
+
 @given(vectors(4, 5.0))
 def test_inverse_and_determinant_are_those_of_a_matrix(entries):
     a = np.array([[entries[0] + 20.0, entries[1]], [entries[2], entries[3] + 20.0]])

@@ -191,3 +191,35 @@ def test_whatever_shapes_the_graph_shapes_the_structure():
         Testbed(motors=Motors(artificial_limit=(44.0, 15.0))),
     ]
     assert len({structure_of(obj) for obj in different}) == len(different)
+
+
+@pytest.mark.xfail(
+    reason="the size of a number and the value of a count are both 1", raises=AssertionError
+)
+def test_a_count_and_a_number_in_its_place_are_two_structures():
+    """The count stands in the graph, the number is an input of it."""
+
+    @dataclasses.dataclass
+    class Set:
+        gain: float
+
+    for count, number in ((1, 1.0), (2, (1.0, 1.0)), (True, 1.0)):
+        shapes = [len(lift(Set(gain)).paths) for gain in (count, number)]
+        assert shapes[0] != shapes[1]
+        assert structure_of(Set(count)) != structure_of(Set(number))
+
+
+@pytest.mark.xfail(
+    reason="an array is told from another by its printed digits", raises=AssertionError
+)
+def test_arrays_that_differ_in_any_entry_are_two_structures():
+    """They are no inputs: their entries stand in the graph."""
+
+    @dataclasses.dataclass
+    class Set:
+        gains: np.ndarray
+
+    entries = np.zeros(2000)
+    last = entries + (np.arange(2000) == 1500)
+    for one, other in ((entries[:1], entries[:1] + 1e-12), (entries, last)):
+        assert structure_of(Set(one)) != structure_of(Set(other))

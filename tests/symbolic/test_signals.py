@@ -58,6 +58,12 @@ def test_slices_cover_the_column_once_and_every_scalar_has_name_and_unit(layout)
     assert len(layout.columns) == len(layout.units) == layout.size
 
 
+def test_a_layout_without_signals_is_an_empty_column():
+    layout = Layout({})
+    assert layout.size == 0 and layout.columns == ()
+    assert layout.pack({}).shape == (0,) and layout.unpack(layout.pack({})) == {}
+
+
 def test_entries_of_vectors_are_counted_from_one():
     layout = Layout({"e_m": Signal("m", "mass"), "e_r": Signal("mm", "tip", 2)})
     assert layout.columns == ("e_m", "e_r1", "e_r2")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+import sys
 
 import casadi as ca
 import numpy as np
@@ -11,60 +10,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import alight
-from alight.control import Law, Measurement, PlainLaw, Tick
-from alight.models import LinearSpring, MassSpring, Plant, PlantState, TwoLinkArm
-from alight.simulation.closed_loop import PLANT, ClosedLoop, InitialState, advance
-from alight.simulation.recording import Recording
-from alight.simulation.run import run
+from alight.control import Measurement
+from alight.models import PlantState
+from alight.simulation.closed_loop import PLANT, ClosedLoop, advance
 from alight.symbolic.build import build
-from alight.symbolic.ops import sin, vector
-from alight.symbolic.parameters import parameters
-from alight.symbolic.signals import Layout, Signal
+from alight.symbolic.signals import Layout
 from alight.testbed import Encoder, Motors, Probe, Testbed, Transducer
-
-PLANT_UNDER_TEST = Plant(
-    arm=TwoLinkArm(l1=0.35, l2=0.3, p1=3.4, p2=0.2, p3=0.24, viscous=(1.0, 0.3)),
-    body=MassSpring(m=1.5, k_s=600.0, x_0=0.2, damping=5.0),
-    contact=LinearSpring(K_I=2e4),
-)
-Q = PLANT_UNDER_TEST.arm.inverse((0.19, 0.4), "-")
-START = InitialState(q=(float(Q[0]), float(Q[1])), x_m=0.2, q_dot=(-1.0, 1.0), x_m_dot=0.25)
-
-
-@parameters
-class Shaking(Law):
-    """Brakes the joints and shakes them, beyond what the second motor can give."""
-
-    states: ClassVar[Mapping[str, Signal]] = {"phase": Signal("rad", "phase of the shaking")}
-
-    def initial_state(self) -> dict[str, Any]:
-        return {"phase": 0.3}
-
-    def tick(self, state: Mapping[str, Any], measured: Measurement, dt: Any) -> Tick:
-        shake = sin(state["phase"])
-        brake = 2.0 * measured.q_dot
-        tau = vector(60 * shake - brake[0], 30 * shake - brake[1] + 1e3 * measured.x_m_dot)
-        return Tick(tau, {"phase": state["phase"] + 97 * dt}, {})
-
-
-class PlainShaking(PlainLaw):
-    """The same law as one in ordinary Python."""
-
-    states = Shaking.states
-
-    def initial_state(self) -> Mapping[str, Any]:
-        return Shaking().initial_state()
-
-    def tick(self, state: Mapping[str, Any], measured: Measurement, dt: Any) -> Tick:
-        return Shaking().tick(state, measured, dt)
-
+from tests.testbed.laws import PLANT_UNDER_TEST, START, PlainShaking, Shaking, each_way, ran
 
 LAWS = pytest.mark.parametrize("law", [Shaking(), PlainShaking()], ids=["symbolic", "plain"])
-
-
-def ran(law: Law | None = None, duration: float = 0.2, seed: int = 0, **testbed: Any) -> Recording:
-    loop = ClosedLoop(PLANT_UNDER_TEST, Testbed(**testbed), law or Shaking())
-    return run(loop, START, duration, seed=seed, backend="vm")
 
 
 NOISY = {"transducer": Transducer(resolution=1e-7, noise=1e-5)}
@@ -107,11 +61,30 @@ def test_the_same_seed_gives_the_same_run_bit_by_bit_and_another_another(law):
 
 
 def test_the_noise_of_the_transducer_has_the_stated_deviation_and_no_bias():
-    recording = ran(duration=1.0, transducer=Transducer(noise=1e-4))
+    recording = ran(Shaking(), duration=1.0, transducer=Transducer(noise=1e-4))
     noise = recording["x_m_measured"] - recording["x_m"]
     n = len(noise)
     assert abs(noise.mean()) < 4e-4 / np.sqrt(n)
     assert noise.std() == pytest.approx(1e-4, rel=4 / np.sqrt(2 * n))
+
+
+@each_way(Shaking(), PlainShaking())
+@pytest.mark.parametrize("block", [1, 100, 256, 257])
+def test_the_noise_does_not_depend_on_how_a_run_is_cut_into_blocks(
+    monkeypatch, law, backend, block
+):
+    whole = ran(law, 0.15, backend=backend, **NOISY)
+    monkeypatch.setattr(sys.modules["alight.simulation.run"], "BLOCK", block)
+    cut = ran(law, 0.15, backend=backend, **NOISY)
+    assert len(cut) == 300
+    np.testing.assert_array_equal(cut.samples, whole.samples)
+
+
+@LAWS
+def test_a_longer_run_begins_as_the_shorter_one(law):
+    shorter, longer = (ran(law, seconds, **NOISY) for seconds in (0.9, 1.2))
+    assert len(longer) > 2048 > len(shorter)  # ticks in a block
+    np.testing.assert_array_equal(longer.samples[: len(shorter)], shorter.samples)
 
 
 # Sampling, delay, hold
@@ -160,7 +133,7 @@ def test_the_first_velocities_are_those_of_the_start(law):
 
 
 def test_readings_are_those_of_the_present_state_and_differences_look_backwards():
-    recording = ran(**NOISY)
+    recording = ran(Shaking(), **NOISY)
     read = Encoder().read(recording["q"])
     np.testing.assert_array_equal(recording["q_measured"], read)
     np.testing.assert_array_equal(recording["q_dot_measured"][1:], np.diff(read, axis=0) * 2000.0)

@@ -30,7 +30,6 @@ FILTER_MARGIN = 1e-9
 """Distance of ``u_f`` from 1 at which a reference run ends."""
 SWITCH_MARGIN = 1e-14
 """Gap at which a phase of contact or of free motion begins [m]."""
-X_M = PLANT.slices()["x_m"].start
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,8 @@ def reference(
     rates, observe, layout = _functions(loop, loop.law)
     plant = PlantState(np.array(start.q), np.array(start.q_dot), start.x_m, start.x_m_dot, 0.0)
     x = join_state(loop.law, plant, dict(loop.law.initial_state()))
-    u_f = x.size - Layout(loop.law.states).size
-    solver = _Switching(rates, u_f, dict(rtol=rtol, atol=atol, method=method))
+    names = (*PLANT.columns, *Layout(loop.law.states).columns)
+    solver = _Switching(rates, names, dict(rtol=rtol, atol=atol, method=method))
     states, verdict = solver.solve(x, times)
     seen = Direct(observe)
     samples = np.array([seen(x)[0] for x in states.T]).reshape(-1, layout.size)
@@ -123,8 +122,9 @@ def state_size(law: ContactTransitionLaw) -> int:
 class _Switching:
     """Integrates from one change of contact to the next."""
 
-    def __init__(self, rates: ca.Function, u_f: int, options: dict[str, Any]) -> None:
-        self._rates, self._u_f, self._options = Direct(rates), u_f, options
+    def __init__(self, rates: ca.Function, names: tuple[str, ...], options: dict[str, Any]) -> None:
+        self._rates, self._names, self._options = Direct(rates), names, options
+        self._x_m, self._u_f = names.index("x_m"), names.index("u_f")
         self.switches: list[float] = []
 
     def _x_dot(self, _: float, x: np.ndarray) -> np.ndarray:
@@ -163,6 +163,14 @@ class _Switching:
                     **self._options,
                 )
             columns.append(np.reshape(part.y, (len(x), len(part.t))))
+            strange = ~np.isfinite(columns[-1])
+            if strange.any():
+                row, kept = (int(np.argmax(strange.any(axis=axis))) for axis in (1, 0))
+                columns[-1] = columns[-1][:, :kept]
+                last, cause = float(part.t[kept]), "it is infinite or not a number"
+                return np.hstack(columns), Verdict(
+                    Outcome.NOT_FINITE, last, self._names[row], cause
+                )
             if part.status == 0:
                 return np.hstack(columns), Verdict(Outcome.COMPLETED, end)
             if part.status < 0:
@@ -179,5 +187,5 @@ class _Switching:
         """Move a state off the surface of contact, into the phase that begins there."""
         # on the wrong side by rounding, the first rates of the phase would be those of the other
         moved = x.copy()
-        moved[X_M] += self._gap(0.0, x) - (SWITCH_MARGIN if touching else -SWITCH_MARGIN)
+        moved[self._x_m] += self._gap(0.0, x) - (SWITCH_MARGIN if touching else -SWITCH_MARGIN)
         return moved
