@@ -128,7 +128,8 @@ def test_what_is_recorded_is_consistent():
     np.testing.assert_array_equal(r["F_m"], PLANT.contact.K_I * np.maximum(r["gap"], 0.0))
     np.testing.assert_array_equal(r["Lambda"], r["gap"] >= 0)
     np.testing.assert_array_equal(r["tau_applied"], r["tau"])
-    np.testing.assert_array_equal(r["det_J"], np.linalg.det([PLANT.arm.J(q) for q in r["q"]]))
+    det_J = np.linalg.det([PLANT.arm.J(q) for q in r["q"]])
+    np.testing.assert_allclose(r["det_J"], det_J, rtol=1e-13)
 
 
 def test_the_motors_do_all_the_work_that_the_energy_shows():
@@ -139,7 +140,8 @@ def test_the_motors_do_all_the_work_that_the_energy_shows():
     energy = np.array([PLANT.energy(PlantState(*s)) for s in states])
     power = (r["tau"] * r["q_dot"]).sum(axis=1)
     work = cumulative_simpson(power, x=times, initial=0.0)
-    np.testing.assert_allclose(energy - energy[0], work, rtol=0, atol=1e-6 * energy.max())
+    # Simpson's rule loses its order at the switches
+    np.testing.assert_allclose(energy - energy[0], work, rtol=0, atol=2e-5 * energy.max())
 
 
 def test_the_motors_clip_in_the_reference_too():
@@ -213,19 +215,24 @@ def test_exact_model_runs_as_a_reference():
 # Ends
 
 
+def escaping(times: Any) -> Recording:
+    """Without adaptation, which grows stiff as the filter escapes; the motors clip what it asks."""
+    gains = dataclasses.replace(EXPERIMENT_1, alpha1=1e3)
+    law = ExactModel(model=PLANT, target=TARGET, gains=gains)
+    return alight.reference(loop_with(law, motors=Motors()), start_at(-0.05), times).recording
+
+
 def test_a_filter_that_escapes_ends_the_run_at_the_instant():
-    law = told(gains=dataclasses.replace(EXPERIMENT_1, alpha1=5e3))
-    r = alight.reference(loop_with(law), start_at(-0.05), np.linspace(0.0, 0.1, 100001)).recording
-    assert r.verdict.outcome is Outcome.TRIPPED
+    r = escaping(np.linspace(0.0, 0.1, 20001))
+    assert r.verdict.outcome is Outcome.TRIPPED and not r.verdict.completed
     assert r.verdict.signal == "u_f" and "e_f escaped" in str(r.verdict)
-    assert 0 < r.verdict.time - r.t[-1] < 1.1e-6
+    assert 0 <= r.verdict.time - r.t[-1] <= 5e-6
     assert np.isfinite(r.samples).all()
-    assert 0.9 < np.abs(r["u_f"]).max() < 1
+    assert 0.99 < np.abs(r["u_f"]).max() < 1
 
 
 def test_a_run_that_trips_before_its_first_sample_records_nothing():
-    law = told(gains=dataclasses.replace(EXPERIMENT_1, alpha1=5e3))
-    r = alight.reference(loop_with(law), start_at(-0.05), [0.1]).recording
+    r = escaping([0.1])
     assert r.verdict.outcome is Outcome.TRIPPED
     assert len(r) == 0 and r.samples.shape[1] == len(r.columns)
 
@@ -308,18 +315,16 @@ def test_quantised_sensors_keep_it_away_from_the_reference():
 )
 def test_the_plant_over_a_sample_converges_with_order_4_to_a_tight_solver(gap, compression):
     """Under one held torque, away from the kink of (7)."""
-    slow = dataclasses.replace(IDEAL, sample_rate=50.0)
+    slow = dataclasses.replace(IDEAL, sample_rate=100.0)
     x_m = PLANT.body.x_0 + compression
     q = PLANT.arm.inverse((x_m + gap, 0.4), "-")
     s = PlantState(q, np.array([-0.5, 1.0]), x_m, 0.1, 0.0)
     tau = np.array([5.0, -2.0])
-
-    def rates(t: float, x: np.ndarray) -> np.ndarray:
-        state = PlantState(**closed_loop.PLANT.unpack(x))
-        return closed_loop.PLANT.pack(PLANT.rates(state, tau)._asdict())
-
+    x = ca.SX.sym("x", closed_loop.PLANT.size)
+    moving = PLANT.rates(PlantState(**closed_loop.PLANT.unpack(x)), tau)
+    rates = build("rates", {"x": x}, {"x_dot": closed_loop.PLANT.pack(moving._asdict())})
     exact = solve_ivp(
-        rates,
+        lambda t, x: rates(x).full()[:, 0],
         (0.0, 1 / slow.sample_rate),
         closed_loop.PLANT.pack(s._asdict()),
         method="DOP853",
@@ -327,12 +332,13 @@ def test_the_plant_over_a_sample_converges_with_order_4_to_a_tight_solver(gap, c
         atol=1e-15,
     ).y[:7, -1]
     errors = []
-    for substeps in (1, 2, 4, 8):
+    for substeps in (1, 2, 4, 8, 16):
         after = advance(ClosedLoop(PLANT, slow, Braking(), substeps), s, tau)
+        assert (PLANT.touch(after).gap > 0) == (gap > 0)
         errors.append(np.abs(closed_loop.PLANT.pack(after._asdict())[:7] - exact).max())
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert orders[-1] == pytest.approx(4.0, abs=0.3)
-    assert (orders > 3.0).all()
+    assert orders[-1] == pytest.approx(4.0, abs=0.2)
+    assert (orders > 2.5).all()
 
 
 def test_a_change_of_gains_changes_the_reference():

@@ -27,7 +27,7 @@ FRICTION = {
     "plant.tip_friction.breakaway": 0.7,
     RESPONSE: 1e-3,
 }
-SHORT = {"duration": 0.6, "steady_state": 0.1}
+SHORT = {"duration": 0.6, "steady_state": 0.1, "substeps": 4}
 STRIKES = pytest.mark.parametrize(
     ("name", "settings"),
     [
@@ -41,7 +41,7 @@ COARSEST = {"substeps": 1, RESPONSE: 5e-4}
 
 
 def struck(
-    name: str, settings: dict[str, float], backend: Backend = "auto"
+    name: str, settings: dict[str, float], backend: Backend = "vm"
 ) -> tuple[Recording, TipFriction]:
     scenario = alight.load_scenario(name, {**SHORT, **settings})
     recording = alight.simulate(scenario, law=Unsaturated, backend=backend)

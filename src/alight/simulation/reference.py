@@ -163,14 +163,6 @@ class _Switching:
                     **self._options,
                 )
             columns.append(np.reshape(part.y, (len(x), len(part.t))))
-            strange = ~np.isfinite(columns[-1])
-            if strange.any():
-                row, kept = (int(np.argmax(strange.any(axis=axis))) for axis in (1, 0))
-                columns[-1] = columns[-1][:, :kept]
-                last, cause = float(part.t[kept]), "it is infinite or not a number"
-                return np.hstack(columns), Verdict(
-                    Outcome.NOT_FINITE, last, self._names[row], cause
-                )
             if part.status == 0:
                 return np.hstack(columns), Verdict(Outcome.COMPLETED, end)
             if part.status < 0:

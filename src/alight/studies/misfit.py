@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from alight.errors import AlightError
 from alight.models.arm import Elbow
+from alight.scenarios import Scenario
 from alight.studies import variants
 from alight.studies.measures import Measures, run_and_measure
 from alight.studies.published import EXPERIMENT_1, EXPERIMENT_2, SteadyState
@@ -26,10 +27,14 @@ WORTH_MORE = 40.0
 """Misfit of Experiment 1 above which the other runs are not made; a third of it for the claims."""
 UNKNOWN = 12.0
 """Price of the claims whose runs were not made."""
-TRIALS = 4
+OTHER_NOISE = (1, 2)
+"""Seeds under which each experiment is repeated."""
+TRIALS = 6
 """Runs in which the start of ``theta_dk_hat`` is tuned."""
 AT_SET_POINT = 1.5e-6
 """Mean error [m] below which the mass counts as at its set point."""
+HOPELESS = 20.0
+"""Price of a strike that no torque limit makes acceptable (claim 9)."""
 VANISHED = 0.07
 """Share of the published |e_r2| below which it counts as vanished (claim 13)."""
 SHORT = 1e-3
@@ -79,12 +84,16 @@ def evaluate(v: Mapping[str, float], elbow: Elbow) -> Candidate:
         return Candidate(v, {"refused": REFUSED})
     if not one.completed:
         return Candidate(values, {"Experiment 1 stopped early": 2 * STOPPED - one.time})
-    table = _first(values, one)
+    again = _repeat(variants.experiment_1(settings_of(values, elbow)[0]))
+    table = {**_errors("Experiment 1", [one, *again], EXPERIMENT_1), **_first(values, one)}
     if sum(table.values()) > WORTH_MORE:
         return Candidate(values, {**table, "not evaluated": STOPPED / 2})
     values, two = _tuned(values, elbow, "dk_start_2")
     if not two.completed:
         return Candidate(values, {**table, "Experiment 2 stopped early": STOPPED - two.time})
+    both, second = settings_of(values, elbow)
+    again = _repeat(variants.experiment_2({**both, **second}))
+    table.update(_errors("Experiment 2", [two, *again], EXPERIMENT_2))
     table.update(_second(values, one, two))
     if sum(table.values()) > WORTH_MORE / 3:
         return Candidate(values, {**table, "claims not evaluated": UNKNOWN})
@@ -125,7 +134,6 @@ def _tuned(
 
 def _first(v: Mapping[str, float], one: Measures) -> dict[str, float]:
     return {
-        **_errors("Experiment 1", one, EXPERIMENT_1),
         "Experiment 1: chatter": _excess(one.chatter, CALM),
         "claim 7: torques of (32) below the motor limits": 3
         * sum(_excess(tau, 0.96 * lim) for tau, lim in zip(one.tau, (240.0, 20.0), strict=True)),
@@ -139,7 +147,6 @@ def _second(v: Mapping[str, float], one: Measures, two: Measures) -> dict[str, f
     needed = sum(_excess(1.2 * lim, tau) for lim, tau in zip(limits, two.tau, strict=True))
     below = sum(_excess(1.05 * lim, tau) for lim, tau in zip(limits, one.tau, strict=True))
     return {
-        **_errors("Experiment 2", two, EXPERIMENT_2),
         "Experiment 2: chatter": _excess(two.chatter, CALM),
         "claim 8: limited (44) spares the probe": 4 * _touch(two, v),
         "claim 10: (44) computes more than its limit": 2 * needed,
@@ -153,7 +160,7 @@ def _variants(v: Mapping[str, float], elbow: Elbow) -> dict[str, float]:
     hard = run_and_measure(variants.unsaturated_with_42(both))
     deflection = v["clearance"] - hard.clearance
     clipped = variants.clipped_with_42(both)
-    short = 4.0 if clipped is None else min(_excess(SHORT, clipped[1].mean_e_m), 4.0)
+    short = HOPELESS if clipped is None else _excess(SHORT, clipped[1].mean_e_m)
     smooth = run_and_measure(variants.without_friction("experiment-1", both))
     return {
         "claim 8: (44) with (42) touches the probe": 4 * _excess(1.05 * v["clearance"], deflection),
@@ -163,9 +170,17 @@ def _variants(v: Mapping[str, float], elbow: Elbow) -> dict[str, float]:
     }
 
 
-def _errors(label: str, m: Measures, published: SteadyState) -> dict[str, float]:
+def _repeat(scenario: Scenario) -> list[Measures]:
+    """Figures under other sensor noise: a fit that holds for one noise only is luck."""
+    return [run_and_measure(scenario, seed) for seed in OTHER_NOISE]
+
+
+def _errors(label: str, runs: Sequence[Measures], published: SteadyState) -> dict[str, float]:
+    """Cost of each published error, that of the run which is furthest from it."""
     return {
-        f"{label}: |{name}|": _bounded(math.log(max(getattr(m, name), 1e-9) / target))
+        f"{label}: |{name}|": max(
+            _bounded(math.log(max(getattr(m, name), 1e-9) / target)) for m in runs
+        )
         for name, target in published._asdict().items()
     }
 
