@@ -108,9 +108,6 @@ def test_under_a_constant_normal_force_friction_takes_at_least_what_the_bristle_
     assert left >= -1e-12 * scale
 
 
-@pytest.mark.xfail(
-    reason="torn back, the bristle unbends slower than the tip it pushes", raises=AssertionError
-)
 def test_a_bristle_with_little_damping_does_not_give_more_than_it_stores_either():
     friction = TipFriction(mu=0.3, damping=0.0)
     left, scale = surplus(friction, 0.7 * friction.deflection, -1.0, 40.0)
@@ -249,9 +246,6 @@ def test_below_breakaway_a_trembling_load_does_not_make_the_tip_walk():
     assert walked(sine, yielding) > 10  # a bristle that yields early walks
 
 
-@pytest.mark.xfail(
-    reason="the bristle falls behind by v |v|, which such a motion rectifies", raises=AssertionError
-)
 def test_nor_does_a_load_that_trembles_unevenly():
     assert walked(uneven) < 1e-4
 

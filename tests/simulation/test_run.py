@@ -142,10 +142,7 @@ def test_channels_choose_columns_and_change_nothing(cls, channels):
     "cls",
     [
         Counting,
-        pytest.param(
-            PlainCounting,
-            marks=pytest.mark.xfail(strict=True, reason="run passes over unknown channels here"),
-        ),
+        PlainCounting,
     ],
 )
 def test_an_unknown_channel_is_refused_with_the_known_ones(cls):
@@ -238,9 +235,6 @@ def test_a_plant_that_flies_apart_is_called_diverged():
     assert np.isfinite(r.samples).all()
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a plant that overflows within a sample is reported as the law's torque"
-)
 def test_a_plant_that_overflows_is_not_put_down_to_the_law():
     r = ran(PushingHard(), 1.0, UNLIMITED)
     assert r.verdict.outcome in {Outcome.DIVERGED, Outcome.NOT_FINITE}

@@ -34,7 +34,8 @@ def test_a_search_goes_on_where_it_stopped(found, tmp_path):
 def test_the_result_is_the_best_candidate_of_the_log(found):
     folder, result = found
     log = json.loads((folder / "identification.json").read_text())
-    assert result.best.cost == pytest.approx(min(min(costs) for costs in log["generations"]), rel=1e-9)
+    best = min(min(costs) for costs in log["generations"])
+    assert result.best.cost == pytest.approx(best, rel=1e-9)
 
 
 def test_the_scenarios_written_hold_the_plant_found_and_its_cost(found):
@@ -71,9 +72,7 @@ def test_the_shipped_plant_has_the_cost_that_its_provenance_states():
     record = identification_of("experiment-1")
     values = shipped_values()
     elbow = load_scenario("experiment-1").data["start"]["elbow"]
-    assert misfit(point_of(values), elbow) == pytest.approx(
-        sum(record["costs"].values()), rel=0.02
-    )
+    assert misfit(point_of(values), elbow) == pytest.approx(sum(record["costs"].values()), rel=0.02)
 
 
 def test_the_misfit_tells_good_candidates_from_bad_ones():

@@ -54,9 +54,6 @@ def test_laws_that_are_no_parameter_sets_do_not_share_what_stands_in_them(backen
 
 
 @BACKENDS
-@pytest.mark.xfail(
-    reason="its program is kept by identity, with the numbers that it had", raises=AssertionError
-)
 def test_a_number_changed_in_such_a_law_counts_in_the_next_run(backend):
     law = Braking(1.0)
     weak = ran(law, backend=backend)
@@ -82,7 +79,6 @@ def test_a_channel_that_is_no_signal_is_refused(backend):
         ran(Braking(1.0), 0.01, backend=backend, channels=("torque",))
 
 
-@pytest.mark.xfail(reason="unknown channels of a plain law are dropped without a word")
 def test_a_channel_that_is_no_signal_of_a_plain_law_is_refused_too():
     with pytest.raises(UnknownName, match=r"unknown signal 'torque'; one of: .*tau"):
         ran(PlainBraking(1.0), 0.01, channels=("torque", "tau"))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from alight.control.measurement import Measurement
 from alight.control.projection import Estimate
@@ -36,19 +37,32 @@ class AdaptiveContactLaw(ContactTransitionLaw):
     theta_dk: Estimate = field(kw_only=True)
     theta_r: Estimate = field(kw_only=True)
 
-    states: ClassVar[Mapping[str, Signal]] = Layout.of(AdaptiveState).signals
-
     def __post_init__(self) -> None:
-        entries = len(self.model.arm.gravitational) + 10
+        entries = self._entries
         given = {"Gamma_r": self.Gamma_r, "theta_r.initial": self.theta_r.initial}
         for name, value in given.items():
             if not isinstance(value, tuple) or len(value) != entries:
                 given_entries = len(value) if isinstance(value, tuple) else 1
                 raise ValueError(
-                    f"{name} has {given_entries} entries; needs {entries}, one for each of theta_r"
+                    f"{name} needs {entries} entries, one for each of theta_r, and has "
+                    f"{given_entries}"
                 )
         if isinstance(self.theta_dk.initial, tuple):
             raise ValueError("theta_dk.initial must be one number")
+
+    @property
+    def _entries(self) -> int:
+        """Number of entries of ``theta_r``."""
+        return len(self.model.arm.gravitational) + 10
+
+    @property
+    def states(self) -> Mapping[str, Signal]:  # type: ignore[override]
+        """The law's state; ``theta_r_hat`` has more entries than ten in a vertical plane."""
+        signals = Layout.of(AdaptiveState).signals
+        return {
+            **signals,
+            "theta_r_hat": dataclasses.replace(signals["theta_r_hat"], size=self._entries),
+        }
 
     def initial_state(self) -> dict[str, Any]:
         """Filter and estimates at their start."""

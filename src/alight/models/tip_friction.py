@@ -36,6 +36,11 @@ class TipFriction:
         Positive, Quantity("s", "shortest time in which the bristle bends or relaxes")
     ] = 1e-3
 
+    @property
+    def _fastest(self) -> Scalar:
+        """Largest speed of the bristle [m/s]."""
+        return self.deflection / self.response
+
     def plasticity(self, z: Scalar, v: Scalar) -> Scalar:
         """Share of the motion that slides: 0 sticks, 1 slides fully (alpha of Dupont et al.)."""
         ratio = fabs(z) / self.deflection
@@ -49,12 +54,14 @@ class TipFriction:
         The bristle follows no faster than ``deflection / response``: at such speeds it is fully
         deflected anyway, and a fixed step must be able to follow it.
         """
-        followed = v / (1 + fabs(v) * self.response / self.deflection)
+        followed = minimum(maximum(v, -self._fastest), self._fastest)
         sticking = followed * (1 - self.plasticity(z, v) * fabs(z) / self.deflection)
         return where(Lambda > 0, sticking, -z / self.response)
 
     def force(self, z: Scalar, v: Scalar, F_m: Scalar) -> Scalar:
         """Force [N] on the body along X2 under the normal force ``F_m`` [N], within ``mu F_m``."""
         touching = where(F_m > 0, 1.0, 0.0)
-        strain = (z + self.damping * self.z_dot(z, v, touching)) / self.deflection
+        # a tip that runs back faster than the bristle follows must not be driven by it
+        gripping = where(z * v < 0, self._fastest / maximum(fabs(v), self._fastest), 1.0)
+        strain = (gripping * z + self.damping * self.z_dot(z, v, touching)) / self.deflection
         return self.mu * F_m * minimum(maximum(strain, -1.0), 1.0)

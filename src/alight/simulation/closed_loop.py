@@ -140,7 +140,8 @@ def plant_signals(loop: ClosedLoop, s: PlantState, tau_applied: Vector) -> dict[
 
 def _diverged(column: ca.SX) -> Scalar:
     """Trip when an entry of the plant state passes 1e6 in SI units."""
-    return where(ca.mmax(ca.fabs(column)) > 1e6, float(DIVERGED), 0.0)
+    within = ca.sum1(ca.fabs(column) <= 1e6)  # false for NaN
+    return where(within < column.numel(), float(DIVERGED), 0.0)
 
 
 def _no_torque(tau: Vector) -> Scalar:
@@ -162,7 +163,8 @@ def _lifted(loop: ClosedLoop) -> tuple[ClosedLoop, ca.SX, tuple[str, ...]]:
     return symbolic, column, tuple(path for part in lifted.values() for path in part.paths)
 
 
-def _check_channels(loop: ClosedLoop, channels: tuple[str, ...] | None) -> Layout:
+def check_channels(loop: ClosedLoop, channels: tuple[str, ...] | None) -> Layout:
+    """Layout of the signals to record: the given ones, or all; refuse what is no signal."""
     known = loop.signals
     for name in channels or ():
         if name not in known:
@@ -185,7 +187,7 @@ def tick_program(loop: ClosedLoop, channels: tuple[str, ...] | None = None) -> P
     UnknownName
         If a channel is no signal of this loop.
     """
-    recorded = _check_channels(loop, channels)
+    recorded = check_channels(loop, channels)
     symbolic, p, paths = _lifted(loop)
     plant, before = ca.SX.sym("plant", PLANT.size), ca.SX.sym("sensors", SENSORS.size)
     memory = ca.SX.sym("law", loop.law_layout.size)

@@ -22,12 +22,13 @@ from alight.simulation.closed_loop import (
     TRIPS,
     ClosedLoop,
     InitialState,
+    check_channels,
     plain_programs,
     tick_program,
 )
 from alight.simulation.recording import Recording
 from alight.simulation.verdict import Outcome, Verdict
-from alight.symbolic.parameters import structure_of
+from alight.symbolic.parameters import is_parameters, structure_of
 from alight.symbolic.signals import Layout
 
 BLOCK = 2048
@@ -75,6 +76,7 @@ def run(
     noise = np.random.default_rng(seed)
     made: Runner
     if isinstance(loop.law, PlainLaw):
+        check_channels(loop, channels)
         made, recorded = _PlainLoop(loop, loop.law), Layout(loop.signals)
     else:
         made, recorded = _prepared(loop, channels, backend)
@@ -120,8 +122,9 @@ def _prepared(
 ) -> tuple[Runner, Layout]:
     """Build a loop once: loops that differ in numbers only share one program."""
     sets = tuple(structure_of(part) for part in loop.parameters().values())
-    key = (sets, structure_of(loop.law), loop.substeps, channels, backend)
-    if key not in _made:
+    key = (sets, loop.substeps, channels, backend)
+    known = is_parameters(loop.law)  # any other law may hold other numbers in the next run
+    if not known or key not in _made:
         program = tick_program(loop, channels)
         _made[key] = runner(program, backend), program.recorded
         if len(_made) > KEPT:
@@ -149,6 +152,9 @@ def _verdict(
         )
     if code == NO_TORQUE:
         return Verdict(Outcome.NOT_FINITE, end, "tau", TRIPS[code])
+    if code in TRIPS and not np.isfinite(plant).all():
+        name = PLANT.columns[int(np.argmin(np.isfinite(plant)))]
+        return Verdict(Outcome.NOT_FINITE, end, name, "it is infinite or not a number")
     if code in TRIPS:
         largest = int(np.argmax(np.abs(plant)))
         return Verdict(Outcome.DIVERGED, end, PLANT.columns[largest], TRIPS[code])

@@ -45,6 +45,8 @@ class Measures:
     """Peak impact force [N]."""
     chatter: float
     """Standard deviation of the steady-state contact force over its mean."""
+    deflection: float
+    """Peak deflection of the stiff spring [m]."""
     clearance: float
     """Least clearance at the probe [m]; zero or below when the plate touches it."""
     settling: float
@@ -63,6 +65,7 @@ def measure(recording: Recording, scenario: Scenario) -> Measures:
         error = end["theta_dk_hat"] - scenario.plant.theta_dk
         mismatch = float(np.mean(error * scenario.plant.body.Y_d(end["x_m"])))
     tau1, tau2 = recording.peak("tau")
+    least = float(recording["probe_clearance"].min())
     return Measures(
         completed=recording.verdict.completed,
         time=recording.verdict.time,
@@ -74,7 +77,8 @@ def measure(recording: Recording, scenario: Scenario) -> Measures:
         tau=(float(tau1), float(tau2)),
         F_m=recording.peak("F_m"),
         chatter=float(np.std(end["F_m"]) / max(np.mean(end["F_m"]), np.finfo(float).tiny)),
-        clearance=float(recording["probe_clearance"].min()),
+        deflection=scenario.testbed.probe.clearance - least,
+        clearance=least,
         settling=float(recording.t[np.flatnonzero(outside)[-1]]) if outside.any() else 0.0,
         mismatch=mismatch,
     )

@@ -158,12 +158,12 @@ def _second(v: Mapping[str, float], one: Measures, two: Measures) -> dict[str, f
 def _variants(v: Mapping[str, float], elbow: Elbow) -> dict[str, float]:
     both, _ = settings_of(v, elbow)
     hard = run_and_measure(variants.unsaturated_with_42(both))
-    deflection = v["clearance"] - hard.clearance
     clipped = variants.clipped_with_42(both)
     short = HOPELESS if clipped is None else _excess(SHORT, clipped[1].mean_e_m)
     smooth = run_and_measure(variants.without_friction("experiment-1", both))
     return {
-        "claim 8: (44) with (42) touches the probe": 4 * _excess(1.05 * v["clearance"], deflection),
+        "claim 8: (44) with (42) touches the probe": 4
+        * _excess(1.05 * v["clearance"], hard.deflection),
         "claim 9: clipped, it leaves the mass short": short,
         "claim 13: |e_r2| vanishes without tip friction": 0.5
         * _excess(smooth.e_r2, VANISHED * EXPERIMENT_1.e_r2),
@@ -198,7 +198,7 @@ def _excess(value: float, bound: float) -> float:
 
 
 def _touch(m: Measures, v: Mapping[str, float]) -> float:
-    return _excess(v["clearance"] - m.clearance, 0.97 * v["clearance"])
+    return _excess(m.deflection, 0.97 * v["clearance"])
 
 
 def _mismatch(m: Measures) -> float:

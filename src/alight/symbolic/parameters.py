@@ -244,7 +244,9 @@ def structure_of(obj: Any) -> Hashable:
     """What shapes the graph of a parameter set: its classes and everything that is no number."""
     if not is_parameters(obj):
         if _numeric(obj) and not isinstance(obj, int):
-            return len(obj) if isinstance(obj, tuple) else 1
-        return obj if isinstance(obj, Hashable) else repr(obj)
+            return ("numbers", len(obj) if isinstance(obj, tuple) else 1)
+        if isinstance(obj, np.ndarray):
+            return (obj.shape, obj.dtype.str, obj.tobytes())
+        return (type(obj), obj) if isinstance(obj, Hashable) else repr(obj)
     fields = tuple((f.name, structure_of(getattr(obj, f.name))) for f in dataclasses.fields(obj))
     return (type(obj), fields)
