@@ -282,10 +282,10 @@ def test_an_arm_in_a_vertical_plane_runs_under_an_adaptive_law(cls):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"Gamma_r": (1.0,) * 9}, "Gamma_r has 9 entries; needs 10"),
+        ({"Gamma_r": (1.0,) * 9}, "Gamma_r needs 10 entries"),
         ({"Gamma_r": (0.0,) * 10}, "greater than 0"),
-        ({"theta_r": Estimate((1.0,) * 12, (0.0,) * 12, (2.0,) * 12)}, "entries; needs 10"),
-        ({"theta_r": Estimate(1.0, 0.0, 2.0)}, "entries; needs 10"),
+        ({"theta_r": Estimate((1.0,) * 12, (0.0,) * 12, (2.0,) * 12)}, "needs 10 entries"),
+        ({"theta_r": Estimate(1.0, 0.0, 2.0)}, "needs 10 entries"),
         ({"theta_dk": Estimate((0.1,), (0.0,), (0.2,))}, "theta_dk.initial must be one number"),
         ({"e_f": float("nan")}, "finite"),
         ({"speeed": 1.0}, "unknown name"),

@@ -82,7 +82,7 @@ def test_a_missing_entry_is_named(entry):
         ("plant", "m", -1.0, "m = -1.0"),
         ("plant", "p", [1.0, 2.0, 3.0], "positive definite"),
         ("gains", "alpha1", float("nan"), "alpha1"),
-        ("gains", "Gamma_r", [1.0] * 9, "Gamma_r has 9 entries; needs 10"),
+        ("gains", "Gamma_r", [1.0] * 9, "Gamma_r needs 10 entries"),
         ("proj_dk", "lo", 1.0, "lo = 1.0: must lie below"),
         ("ref", "x_md", "far", "x_md"),
     ],
