@@ -155,7 +155,7 @@ def test_the_motors_clip_in_the_reference_too():
 # Independence from solver, tolerance and samples
 
 
-@pytest.mark.parametrize(("method", "rtol"), [("Radau", 1e-8), ("LSODA", 1e-10), ("RK45", 1e-9)])
+@pytest.mark.parametrize(("method", "rtol"), [("Radau", 1e-7), ("LSODA", 1e-10), ("RK45", 1e-9)])
 def test_another_solver_finds_the_same_run(method, rtol):
     one, other = bounced(), bounced(method=method, rtol=rtol)
     assert len(one.switches) == len(other.switches)

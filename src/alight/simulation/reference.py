@@ -48,7 +48,7 @@ def reference(
     *,
     rtol: float = 1e-9,
     atol: float = 1e-11,
-    method: str = "DOP853",
+    method: str = "LSODA",
 ) -> Reference:
     """Integrate the closed loop in continuous time, with perfect sensors.
 
@@ -66,7 +66,7 @@ def reference(
     rtol, atol : float
         Tolerances of the solver.
     method : str
-        Method of `scipy.integrate.solve_ivp`.
+        Method of `scipy.integrate.solve_ivp`. The projection makes the loop stiff where it acts.
 
     Raises
     ------
@@ -163,6 +163,9 @@ class _Switching:
                     **self._options,
                 )
             columns.append(np.reshape(part.y, (len(x), len(part.t))))
+            if not np.isfinite(part.y).all():
+                cause = "the solver stepped over a state that is no number"
+                return np.hstack(columns), Verdict(Outcome.NOT_FINITE, end, None, cause)
             if part.status == 0:
                 return np.hstack(columns), Verdict(Outcome.COMPLETED, end)
             if part.status < 0:

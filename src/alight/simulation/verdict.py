@@ -34,4 +34,5 @@ class Verdict:
     def __str__(self) -> str:
         if self.completed:
             return f"ran to its end at {self.time:.4g} s"
-        return f"ended at {self.time:.4g} s by {self.signal}: {self.cause}; {self.outcome.value}"
+        by = "" if self.signal is None else f" by {self.signal}"
+        return f"ended at {self.time:.4g} s{by}: {self.cause}; {self.outcome.value}"

@@ -27,6 +27,8 @@ class Identified:
     elbow: Elbow
     generations: int
     seed: int
+    wide: bool
+    """Whether the search started at random, and not at the plant shipped before."""
 
     @property
     def kind(self) -> str:
@@ -52,8 +54,9 @@ def write_identified(folder: Path, found: Identified) -> None:
 
 def _provenance(found: Identified) -> dict[str, Any]:
     return {
-        "command": f"alight identify --seed {found.seed} --generations {found.generations}",
-        "generations": found.generations,
+        "command": f"alight identify --seed {found.seed} --generations {found.generations}"
+        f" --elbow {found.elbow}{' --wide' if found.wide else ''}",
+        "started": "at random" if found.wide else "at the plant shipped before, found likewise",
         "kind": found.kind,
         "unknowns": {name: _rounded(value) for name, value in found.best.values.items()},
         "costs": {name: float(f"{cost:.4g}") for name, cost in found.best.costs.items()},

@@ -114,7 +114,8 @@ def identify(
     log = _log(path, seed, elbow, wide)
     with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
         best = _search(log, path, generations, pool, progress or (lambda share, text: None))
-    found = Identified(evaluate(values_at(best), elbow), elbow, len(log.generations), seed)
+    tuned = evaluate(values_at(best), elbow)
+    found = Identified(tuned, elbow, len(log.generations), seed, wide)
     write_identified(folder, found)
     return found
 
