@@ -138,6 +138,8 @@ def _parent(label: str, shipped: bool, parent: Any) -> str:
     beside = os.path.join(os.path.dirname(label), parent)
     if not shipped and os.path.isfile(beside):
         return beside
+    if shipped:  # so that a copy of a shipped file, beside a copy of its parent, stands by itself
+        parent = parent.removesuffix(".toml")
     if parent not in shipped_scenarios():
         names = ", ".join(shipped_scenarios())
         problem = f"extends = {parent!r}: there is no file {beside}; scenarios that ship: {names}"
