@@ -22,7 +22,7 @@ from alight.studies.misfit import evaluate, misfit
 from alight.studies.unknowns import NAMES, point_of, values_at
 
 POPULATION = 18
-SPREAD = 0.03
+SPREAD = 0.01
 """Initial step of a search from a known start, as a share of each range."""
 SPREAD_WIDE = 0.2
 """Initial step of a search from the best of the scouts."""

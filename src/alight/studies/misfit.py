@@ -17,6 +17,10 @@ from alight.studies.measures import Measures, run_and_measure
 from alight.studies.published import EXPERIMENT_1, EXPERIMENT_2, SteadyState
 from alight.studies.unknowns import settings_of, values_at
 
+AGREEMENT = math.log(1.9)
+"""Logarithm of the ratio up to which simulated and published error agree, with a margin."""
+STEEP = 8.0
+"""Price of each unit of logarithm beyond."""
 CALM = 0.04
 """Relative standard deviation of the contact force that a settled run may have."""
 REFUSED = 1e3
@@ -179,10 +183,15 @@ def _errors(label: str, runs: Sequence[Measures], published: SteadyState) -> dic
     """Cost of each published error, that of the run which is furthest from it."""
     return {
         f"{label}: |{name}|": max(
-            _bounded(math.log(max(getattr(m, name), 1e-9) / target)) for m in runs
+            _far(math.log(max(getattr(m, name), 1e-9) / target)) for m in runs
         )
         for name, target in published._asdict().items()
     }
+
+
+def _far(log_ratio: float) -> float:
+    """Cost of a published error; it rises steeply where the agreement ends (a factor of 2)."""
+    return _bounded(log_ratio) + STEEP * max(abs(log_ratio) - AGREEMENT, 0.0)
 
 
 def _bounded(log_ratio: float) -> float:
