@@ -15,7 +15,7 @@ from alight.scenarios import Scenario
 from alight.studies import variants
 from alight.studies.measures import Measures, run_and_measure
 from alight.studies.published import EXPERIMENT_1, EXPERIMENT_2, SteadyState
-from alight.studies.unknowns import settings_of, values_at
+from alight.studies.unknowns import UNKNOWNS, settings_of, values_at
 
 AGREEMENT = math.log(1.9)
 """Logarithm of the ratio up to which simulated and published error agree, with a margin."""
@@ -54,7 +54,7 @@ class Candidate:
     """A candidate plant: its unknowns, and what each of its shortcomings costs."""
 
     values: Mapping[str, float]
-    """The unknowns, with ``dk_start`` and ``dk_start_2`` as tuned."""
+    """The unknowns, with ``dk_start``, ``dk_start_2`` and ``clearance`` as tuned."""
     costs: Mapping[str, float]
 
     @property
@@ -88,6 +88,8 @@ def evaluate(v: Mapping[str, float], elbow: Elbow) -> Candidate:
         return Candidate(v, {"refused": REFUSED})
     if not one.completed:
         return Candidate(values, {"Experiment 1 stopped early": 2 * STOPPED - one.time})
+    hard = run_and_measure(variants.unsaturated_with_42(settings_of(values, elbow)[0]))
+    values["clearance"] = _clearance(one, hard)
     again = _repeat(variants.experiment_1(settings_of(values, elbow)[0]))
     table = {**_errors("Experiment 1", [one, *again], EXPERIMENT_1), **_first(values, one)}
     if sum(table.values()) > WORTH_MORE:
@@ -101,7 +103,7 @@ def evaluate(v: Mapping[str, float], elbow: Elbow) -> Candidate:
     table.update(_second(values, one, two))
     if sum(table.values()) > WORTH_MORE / 3:
         return Candidate(values, {**table, "claims not evaluated": UNKNOWN})
-    return Candidate(values, {**table, **_variants(values, elbow)})
+    return Candidate(values, {**table, **_variants(values, elbow, hard)})
 
 
 def _tuned(
@@ -136,6 +138,13 @@ def _tuned(
     return values, best
 
 
+def _clearance(soft: Measures, hard: Measures) -> float:
+    """Clearance [m] between the deflections under (32) and (44); the probe steers nothing."""
+    unknown = UNKNOWNS["clearance"]
+    between = math.sqrt(soft.deflection * hard.deflection)
+    return min(max(between, unknown.low), unknown.high)
+
+
 def _first(v: Mapping[str, float], one: Measures) -> dict[str, float]:
     return {
         "Experiment 1: chatter": _excess(one.chatter, CALM),
@@ -159,9 +168,8 @@ def _second(v: Mapping[str, float], one: Measures, two: Measures) -> dict[str, f
     }
 
 
-def _variants(v: Mapping[str, float], elbow: Elbow) -> dict[str, float]:
+def _variants(v: Mapping[str, float], elbow: Elbow, hard: Measures) -> dict[str, float]:
     both, _ = settings_of(v, elbow)
-    hard = run_and_measure(variants.unsaturated_with_42(both))
     clipped = variants.clipped_with_42(both)
     short = HOPELESS if clipped is None else _excess(SHORT, clipped[1].mean_e_m)
     smooth = run_and_measure(variants.without_friction("experiment-1", both))
