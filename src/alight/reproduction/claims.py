@@ -140,8 +140,8 @@ def _clipped(evidence: Evidence) -> Claim:
         holds,
         note=""
         if holds
-        else "the strike is hardly harder than that of (32), so that a limit just below that of the "
-        "motors spares the probe, and far more torque is left than the spring asks for",
+        else "the strike is hardly harder than that of (32), so that a limit just below that of "
+        "the motors spares the probe, and far more torque is left than the spring asks for",
     )
 
 
