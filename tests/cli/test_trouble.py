@@ -201,6 +201,7 @@ def test_ctrl_c_keeps_the_files_of_an_earlier_run(tmp_path):
     with Terminal(*LONG, "--out", str(tmp_path)) as terminal:
         assert terminal.read_until(r"running own_arm")
         terminal.child.send_signal(signal.SIGINT)
+        assert terminal.read_until(r"interrupted\r?\n")  # a bar that nobody reads blocks the child
         terminal.child.communicate(timeout=60)
         assert terminal.child.returncode == 130
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -66,12 +66,12 @@ class PlainSpring(PlainLaw):
 class PlainForceLimiting(PlainLaw):
     """The paper's law, evaluated on floats."""
 
-    states = ForceLimiting.states
     signals = ForceLimiting.signals
     trips = ForceLimiting.trips
 
     def __init__(self, law: ForceLimiting) -> None:
         self.law = law
+        self.states = law.states
 
     def initial_state(self) -> Mapping[str, Any]:
         return self.law.initial_state()

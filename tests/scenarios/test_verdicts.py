@@ -44,7 +44,7 @@ ENDINGS = pytest.mark.parametrize(
         (FILTER, Outcome.TRIPPED, {"u_f"}),
         (PLANT, Outcome.DIVERGED, {"q_dot1", "q_dot2"}),
         (LIGHT, Outcome.DIVERGED, {"x_m", "x_m_dot"}),
-        (OVERFLOW, Outcome.NOT_FINITE, {"tau"}),
+        (OVERFLOW, Outcome.NOT_FINITE, {"q1", "q_dot1"}),
     ],
     ids=["filter", "plant", "light", "overflow"],
 )
