@@ -17,7 +17,7 @@ from alight.kernels import BACKENDS
 from tests.cli.command import environment, invoke
 
 VERBS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
-SLOW = {"identify", "reproduce"}
+SLOW = {"bench", "identify", "reproduce"}
 """Their examples take minutes; they are run by the tests of what they call."""
 
 HEAVY = ("casadi", "numpy", "scipy", "pyarrow", "matplotlib", "mcap", "alight.scenarios")

@@ -6,16 +6,18 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple
 
+import casadi as ca
 import numpy as np
 
 from alight.control import ForceLimiting, Law, Measurement, Tick, Unsaturated
 from alight.kernels import Program, Runner
-from alight.kernels.compiled import CompilerUnavailable, find_compiler
+from alight.kernels.compilers import CompilerUnavailable, find_compiler
 from alight.models import HuntCrossley, KelvinVoigt, Plant, TipFriction
 from alight.simulation.closed_loop import ClosedLoop, InitialState, tick_program
-from alight.symbolic.ops import sqrt, vector, where
+from alight.symbolic.build import build
+from alight.symbolic.ops import sin, sqrt, vector, where
 from alight.symbolic.parameters import Quantity, parameters
-from alight.symbolic.signals import Signal
+from alight.symbolic.signals import Layout, Signal
 from alight.testbed import Testbed, Transducer
 from tests.control.cases import PLANT, told
 
@@ -84,13 +86,13 @@ def loops() -> dict[str, ClosedLoop]:
     round_tip = dataclasses.replace(PLANT, contact=HuntCrossley(exponent=1.5, dissipation=0.3))
     rubbing = dataclasses.replace(PLANT.arm, viscous=(1.0, 0.3), coulomb=(0.5, 0.2))
     return {
-        "adaptive": ClosedLoop(PLANT, NOISY, told()),
-        "friction": ClosedLoop(damped, NOISY, told(damped, cls=Unsaturated)),
+        "adaptive": ClosedLoop(PLANT, NOISY, told(), substeps=2),
+        "friction": ClosedLoop(damped, NOISY, told(damped, cls=Unsaturated), substeps=1),
         "delay": ClosedLoop(
             dataclasses.replace(round_tip, arm=rubbing),
             dataclasses.replace(NOISY, delay=True),
             told(cls=ForceLimiting),
-            substeps=2,
+            substeps=1,
         ),
         "counting": counting(),
     }
@@ -98,7 +100,27 @@ def loops() -> dict[str, ClosedLoop]:
 
 def counting(**settings: float) -> ClosedLoop:
     """A loop whose program is small."""
-    return ClosedLoop(PLANT, NOISY, Counting(**settings))
+    return ClosedLoop(PLANT, NOISY, Counting(**settings), substeps=1)
+
+
+def tiny(unit: str = "m", trip_at: float = 1e9) -> Prepared:
+    """No loop at all, but a program: compiled in a blink. Every seventh tick is a seldom one."""
+    x, w, p = ca.SX.sym("x", 2), ca.SX.sym("w"), ca.SX.sym("p", 1)
+    count, total = x[0], x[1]
+    calls = where(ca.fmod(count, 7.0) == 3.0, 1.0, 0.0)
+    following = ca.vertcat(count + 1, total + sin(count) + 1e-3 * w)
+    trip = where(count >= p, float(TRIP), 0.0)
+    rows = ca.vertcat(total, ca.tanh(w), trip)
+    usual = build(
+        f"usual_{unit}",
+        {"x": x, "w": w, "p": p},
+        {"x_next": following, "y": rows, "given": w, "calls": calls},
+    )
+    head = ca.vertcat(count + 1, total - w)
+    seldom = build(f"seldom_{unit}", {"head": x, "given": w, "p": p}, {"head_next": head})
+    layout = Layout({"total": Signal(unit, "a sum"), "noise": Signal("", "its tanh")})
+    program = Program(usual, seldom, 1, layout, ("trip_at",))
+    return Prepared(program, np.zeros(2), np.array([trip_at]))
 
 
 def prepared(loop: ClosedLoop, channels: tuple[str, ...] | None = None) -> Prepared:

@@ -1,57 +1,62 @@
-"""Compiling: kept by content, safe from several processes, and never in the way."""
+"""Programs as compiled C, and ``auto``, which compiles when that is worth it."""
 
 from __future__ import annotations
 
-import os
+import logging
+import shlex
+import shutil
 import subprocess
-import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import alight
-from alight.kernels import runner
-from alight.kernels.compiled import (
-    Compiled,
-    CompilerUnavailable,
-    cache_folder,
-    find_compiler,
-    library_of,
-    source_of,
+from alight.kernels import auto, runner, toolchain
+from alight.kernels.auto import TRIAL, Auto
+from alight.kernels.compiled import FLAGS, Compiled, source_of
+from alight.kernels.compilers import CompilerUnavailable, compilers
+from alight.kernels.toolchain import is_kept
+from tests.kernels.compilers import broken_compilers, kept, script
+from tests.kernels.programs import (
+    NOISY,
+    TRIP,
+    Prepared,
+    counting,
+    has_compiler,
+    loops,
+    noise_of,
+    prepared,
+    tiny,
 )
-from tests.kernels.programs import NOISY, Prepared, counting, has_compiler, noise_of, prepared
 
 NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
 def program() -> Prepared:
-    return prepared(counting())
+    return tiny()
 
 
 @pytest.fixture
 def fresh(monkeypatch, tmp_path):
-    """An empty cache folder, and a compiler that is searched anew."""
+    """An empty cache folder, and a process in which nothing was compiled or missed yet."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    find_compiler.cache_clear()
-    yield tmp_path
-    find_compiler.cache_clear()
+    monkeypatch.setattr(toolchain, "_told", set())
+    monkeypatch.setattr(auto, "_in_vain", set())
+    return tmp_path
 
 
-def script(path: Path, text: str) -> Path:
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(0o755)
-    return path
+@pytest.fixture
+def impatient(monkeypatch):
+    """Compiling seems to cost nothing."""
+    monkeypatch.setattr(auto, "COMPILED_PER_SECOND", 1e12)
 
 
-def kept() -> list[Path]:
-    return sorted(cache_folder().iterdir()) if cache_folder().exists() else []
+def compiles(monkeypatch, speed: float) -> None:
+    monkeypatch.setattr(auto, "COMPILED_PER_SECOND", speed)
 
 
-# The cache
+# The same program
 
 
 @NEEDS_COMPILER
@@ -65,137 +70,192 @@ def test_a_program_is_compiled_once(fresh, program):
     np.testing.assert_array_equal(program.run(first, noise)[1], program.run(second, noise)[1])
 
 
-@NEEDS_COMPILER
-def test_other_numbers_are_the_same_program_and_other_structures_are_not(fresh, program):
-    same = prepared(counting(trip_at=5.0))
+def test_other_numbers_are_the_same_program_and_other_structures_are_not():
+    one, same = prepared(counting()), prepared(counting(trip_at=5.0))
     other = prepared(counting(), channels=("q",))
-    assert source_of(same.program) == source_of(program.program)
-    paths = {library_of(source_of(each.program)) for each in (program, same, other)}
-    assert len(paths) == 2 and sorted(paths) == kept()
+    assert source_of(same.program) == source_of(one.program)
+    assert source_of(other.program) != source_of(one.program)
 
 
 @NEEDS_COMPILER
-def test_a_library_belongs_to_its_source_and_its_compiler(fresh, program, monkeypatch):
-    plain = library_of(source_of(program.program))
-    assert library_of(source_of(program.program) + "\n") != plain
-    monkeypatch.setenv("CC", str(script(fresh / "wrapped", f'exec {find_compiler()} "$@"')))
-    find_compiler.cache_clear()
-    assert library_of(source_of(program.program)) != plain
-    assert len(kept()) == 3
+def test_every_compiler_of_this_machine_gives_the_bits_of_the_virtual_machine(fresh, monkeypatch):
+    """Those on the path and the one from PyPI; a program that has tanh, sin and friction."""
+    program = prepared(loops()["friction"], ("q", "F_m", "tau"))
+    noise = noise_of(700)
+    _, expected = program.run(runner(program.program, "vm"), noise)
+    for compiler in compilers():
+        monkeypatch.setenv("CC", shlex.join(compiler.command))
+        _, y = program.run(Compiled(program.program), noise)
+        assert y.tobytes() == expected.tobytes(), compiler.name
 
 
 @NEEDS_COMPILER
-def test_nothing_but_the_library_is_left(fresh, program):
+@pytest.mark.skipif(shutil.which("nm") is None, reason="nothing here lists the names of a library")
+def test_a_library_holds_no_name_but_its_entry(fresh, program):
+    """A function named tick in the process would be called instead of the library's own."""
     Compiled(program.program)
-    assert [path.suffix for path in kept()] == [".so"]
+    named = subprocess.run(["nm", "-D", str(kept()[0])], capture_output=True, text=True, check=True)
+    entries = [line.split()[-1] for line in named.stdout.splitlines() if " T " in line]
+    assert entries == ["alight_run"]
 
 
-def test_the_cache_lies_in_the_users_cache_folder(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / "alight"
-    monkeypatch.setenv("XDG_CACHE_HOME", "")
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / ".cache" / "alight"
+# When it is worth it
 
 
-BUILD = """
-import sys, time
-from pathlib import Path
-import numpy as np
-from alight.kernels.compiled import Compiled
-from tests.kernels.programs import counting, noise_of, prepared
-
-program = prepared(counting())
-Path(sys.argv[1], f"ready-{sys.argv[2]}").touch()
-while len(list(Path(sys.argv[1]).glob("ready-*"))) < 2:
-    time.sleep(0.001)
-_, y = program.run(Compiled(program.program), noise_of(100))
-np.save(Path(sys.argv[1], f"rows-{sys.argv[2]}.npy"), y)
-"""
+def test_a_short_run_is_not_worth_compiling(fresh, program):
+    made = Auto(program.program)
+    program.run(made, noise_of(2 * TRIAL))
+    assert not made.compiled and kept() == []
 
 
 @NEEDS_COMPILER
-def test_two_processes_may_build_the_same_program_at_the_same_time(fresh, program):
-    source = str(Path(alight.__file__).parents[1])
-    paths = [source, str(ROOT), os.environ.get("PYTHONPATH", "")]
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-c", BUILD, str(fresh), str(i)], env=env, stderr=subprocess.PIPE
-        )
-        for i in range(2)
-    ]
-    for process in processes:
-        _, errors = process.communicate(timeout=120)
-        assert process.returncode == 0, errors.decode()
-    rows = [np.load(fresh / f"rows-{i}.npy") for i in range(2)]
-    _, expected = program.run(runner(program.program, "vm"), noise_of(100))
-    np.testing.assert_array_equal(rows[0], expected)
-    np.testing.assert_array_equal(rows[1], expected)
-    assert len(kept()) == 1
+def test_a_program_that_was_compiled_before_is_compiled_c_from_the_start(fresh, program):
+    Compiled(program.program)
+    made = Auto(program.program)
+    assert made.compiled
+    assert len(program.run(made, noise_of(3))[1]) == 3
+
+
+@NEEDS_COMPILER
+def test_long_work_is_compiled_with_one_line_that_says_so(fresh, program, caplog):
+    made = runner(program.program, "auto", ticks=10**9)
+    assert isinstance(made, Auto) and not made.compiled
+    with caplog.at_level(logging.INFO, "alight"):
+        program.run(made, noise_of(4 * TRIAL))
+    assert made.compiled
+    (line,) = caplog.messages
+    assert line.startswith("compiling with ") and str(kept()[0].parent) in line
+
+
+@NEEDS_COMPILER
+def test_many_short_runs_are_long_work(fresh, program, monkeypatch):
+    """What was spent counts, and nobody has to know how much will follow."""
+    made = Auto(program.program)
+    program.run(made, noise_of(500))
+    assert not made.compiled
+    compiles(monkeypatch, len(source_of(program.program)) / (3 * made._spent))
+    compiled = []
+    for _ in range(300):
+        program.run(made, noise_of(500))
+        compiled.append(made.compiled)
+    assert not compiled[0] and compiled[-1]
+
+
+@NEEDS_COMPILER
+@pytest.mark.parametrize("expected", [100, 10**9])
+def test_what_is_expected_decides(fresh, program, monkeypatch, expected):
+    made = Auto(program.program)
+    program.run(made, noise_of(500))
+    compiles(monkeypatch, len(source_of(program.program)) / (100 * made._spent))
+    made.expect(expected)
+    program.run(made, noise_of(10))
+    assert made.compiled == (expected == 10**9)
+
+
+@NEEDS_COMPILER
+@pytest.mark.parametrize("length", [1, TRIAL - 1, TRIAL, TRIAL + 1, 3 * TRIAL])
+def test_a_run_that_changes_over_in_its_midst_has_the_same_bits(fresh, program, impatient, length):
+    noise = noise_of(length)
+    made = Auto(program.program)
+    x, y = program.run(made, noise)
+    assert made.compiled == (length > TRIAL)
+    x_vm, y_vm = program.run(runner(program.program, "vm"), noise)
+    assert y.tobytes() == y_vm.tobytes() and x.tobytes() == x_vm.tobytes()
+
+
+@pytest.mark.parametrize("last", [0, TRIAL - 1, TRIAL, TRIAL + 50])
+def test_a_trip_ends_a_run_on_either_side_of_the_change(fresh, program, impatient, last):
+    p = tiny(trip_at=float(last)).p
+    noise = noise_of(2 * TRIAL)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # without a compiler it says so
+        x, y = Auto(program.program).run(program.x, noise, p)
+    assert len(y) == last + 1 and y[-1, -1] == TRIP
+    x_vm, y_vm = runner(program.program, "vm").run(program.x, noise, p)
+    np.testing.assert_array_equal(y, y_vm)
+    np.testing.assert_array_equal(x, x_vm)
 
 
 # Without a working compiler
 
 
-def broken(fresh: Path, monkeypatch: pytest.MonkeyPatch, how: str) -> str:
-    """Break the compiler, and return what the error says of it."""
-    if how == "missing":
-        monkeypatch.setenv("PATH", str(fresh))
-        monkeypatch.delenv("CC", raising=False)
-        return "no C compiler .* on the path"
-    if how == "failing":
-        path = script(fresh / "cc-fails", "echo 'no space for poetry' >&2; exit 1")
-        said = "no space for poetry"
-    elif how == "not a program":
-        path = fresh / "cc-text"
-        path.write_bytes(b"\x00\x01\x02")
-        path.chmod(0o755)
-        said = "does not run"
-    else:
-        path = script(fresh / "cc-idle", "exit 0")
-        said = "cannot build|failed"
-    monkeypatch.setenv("CC", str(path))
-    return said
-
-
 BROKEN = pytest.mark.parametrize("how", ["missing", "failing", "not a program", "idle"])
 
 
-@BROKEN
-def test_auto_falls_back_to_the_virtual_machine_with_one_warning(fresh, program, monkeypatch, how):
-    said = broken(fresh, monkeypatch, how)
-    with pytest.warns(UserWarning, match=f"virtual machine, several times slower: .*({said})") as w:
-        made = runner(program.program, "auto")
-    assert len(w) == 1
-    assert made.name == "vm"
-    assert len(program.run(made, noise_of(20))[1]) == 20
-    assert not [path for path in kept() if path.suffix == ".so"]
+@pytest.fixture
+def broken(fresh, monkeypatch, how) -> str:
+    """Break the compiler, and return what the error says of it."""
+    chosen, said = broken_compilers(fresh)[how]
+    monkeypatch.setenv("CC", chosen)
+    return said
 
 
 @BROKEN
-def test_who_insists_on_c_is_refused(fresh, program, monkeypatch, how):
-    said = broken(fresh, monkeypatch, how)
-    with pytest.raises(CompilerUnavailable, match=said):
+def test_auto_stays_in_the_virtual_machine_with_one_warning_in_the_process(
+    broken, program, impatient
+):
+    said = f"virtual machine, several times slower: .*{broken}"
+    with pytest.warns(UserWarning, match=said) as told:
+        made = runner(program.program, "auto", ticks=10**6)
+        _, y = program.run(made, noise_of(2 * TRIAL))
+    assert len(told) == 1
+    other = tiny("s")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        program.run(made, noise_of(2 * TRIAL))
+        other.run(runner(other.program, "auto", ticks=10**6), noise_of(2 * TRIAL))
+    assert not made.compiled and kept() == []
+    np.testing.assert_array_equal(
+        y, program.run(runner(program.program, "vm"), noise_of(2 * TRIAL))[1]
+    )
+
+
+@NEEDS_COMPILER
+@pytest.mark.parametrize("how", ["failing"])
+def test_a_compiler_that_was_mended_is_tried_again(broken, program, impatient, monkeypatch):
+    with pytest.warns(UserWarning, match=broken):
+        program.run(Auto(program.program), noise_of(2 * TRIAL))
+    monkeypatch.delenv("CC")
+    made = Auto(program.program)
+    program.run(made, noise_of(2 * TRIAL))
+    assert made.compiled
+
+
+@BROKEN
+def test_who_runs_little_is_told_nothing(broken, program):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(program.run(runner(program.program), noise_of(20))[1]) == 20
+
+
+@BROKEN
+def test_who_insists_on_c_is_refused(broken, program):
+    with pytest.raises(CompilerUnavailable, match=broken):
         runner(program.program, "c")
 
 
 @BROKEN
-def test_the_virtual_machine_asks_for_no_compiler(fresh, program, monkeypatch, how):
-    broken(fresh, monkeypatch, how)
+def test_the_virtual_machine_asks_for_no_compiler(broken, program):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert runner(program.program, "vm").name == "vm"
     assert kept() == []
 
 
-def test_a_cache_folder_that_cannot_be_made_is_no_reason_to_fail(fresh, program, monkeypatch):
-    (fresh / "file").write_text("in the way")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(fresh / "file"))
-    monkeypatch.setenv("CC", str(script(fresh / "cc-any", "echo 'compiler 1.0'")))
-    with pytest.warns(UserWarning, match="cannot build in"):
-        assert runner(program.program).name == "vm"
+@NEEDS_COMPILER
+def test_a_broken_compiler_is_not_asked_again_and_again(fresh, program, impatient, monkeypatch):
+    count = fresh / "count"
+    path = script(
+        fresh / "cc-counts",
+        f'echo "$1" >> {count}',
+        'case "$1" in --version) echo 1.0;; *) exit 1;; esac',
+    )
+    monkeypatch.setenv("CC", path)
+    with pytest.warns(UserWarning, match="cc-counts failed"):
+        for each in (tiny(), tiny("s"), tiny("kg")):
+            each.run(Auto(each.program), noise_of(2 * TRIAL))
+    assert len(count.read_text().splitlines()) == 2
+    assert not is_kept(source_of(program.program), flags=FLAGS)
 
 
 def test_the_noise_of_these_programs_reaches_the_law():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import functools
+import logging
 import os
 import sys
 import warnings
@@ -83,14 +84,30 @@ def writing_output() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _notes() -> Iterator[None]:
-    """Say each warning in one line, without the place in the code."""
+    """Say each warning in one line, without the place in the code; on a terminal news as well."""
 
     def note(message: Warning | str, *_: Any, **__: Any) -> None:
         _complain(f"note: {' '.join(str(message).split())}")
 
-    with warnings.catch_warnings():
-        warnings.showwarning = note
-        yield
+    log, news = logging.getLogger("alight"), _News()
+    level = log.level
+    if sys.stderr.isatty():
+        log.setLevel(logging.INFO)
+        log.addHandler(news)
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = note
+            yield
+    finally:
+        log.removeHandler(news)
+        log.setLevel(level)
+
+
+class _News(logging.Handler):
+    """Says what Alight does that the user may wonder about, such as compiling."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        _complain(f"note: {record.getMessage()}")
 
 
 def _complain(text: str) -> None:

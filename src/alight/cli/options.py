@@ -43,7 +43,7 @@ AsJson = Annotated[
 ]
 Backend = Annotated[
     BackendName,
-    typer.Option(help="Compiled C, or CasADi's virtual machine; auto takes C where it can be had."),
+    typer.Option(help="Compiled C, or CasADi's virtual machine; auto compiles when that pays."),
 ]
 Seed = Annotated[
     int | None,

@@ -3,124 +3,74 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import os
-import shutil
-import subprocess
-import sys
-import tempfile
-from functools import cache
 from importlib import resources
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
 
-from alight.errors import AlightError
+from alight.kernels.direct import Direct
 from alight.kernels.program import Program
+from alight.kernels.toolchain import load
 
-COMPILERS = ("cc", "gcc", "clang")
-FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno")
+FLAGS = ("-O2", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno")
+"""The virtual machine's bits, and nothing slower: -O3 or the present processor gain nothing here.
 
-
-class CompilerUnavailable(AlightError):
-    """No working C compiler, or no folder to keep its output in."""
-
-
-def cache_folder() -> Path:
-    """Folder for compiled programs: ``alight`` in the user's cache folder."""
-    if sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "alight"
+Without contraction each operation is rounded by itself, as CasADi's virtual machine does.
+"""
 
 
-@cache
-def find_compiler() -> str:
-    """Path of a C compiler.
+def c_of(function: ca.Function, after: str) -> str:
+    """C of a function, the sizes of its work space as macros, and the file that calls it.
 
-    Raises
-    ------
-    CompilerUnavailable
-        If none of `COMPILERS` is on the path.
+    Parameters
+    ----------
+    function : casadi.Function
+        Inputs and outputs are dense.
+    after : str
+        Name of a C file of this package, which calls ``ALIGHT_TICK``.
     """
-    for name in filter(None, (os.environ.get("CC"), *COMPILERS)):
-        if path := shutil.which(name):
-            return path
-    raise CompilerUnavailable(f"no C compiler ({', '.join(COMPILERS)}) is on the path")
+    generator = ca.CodeGenerator("tick.c", {"with_header": False, "verbose": False})
+    generator.add(function)
+    sizes = {
+        "TICK": function.name(),
+        "SZ_ARG": function.sz_arg(),
+        "SZ_RES": function.sz_res(),
+        "SZ_IW": max(function.sz_iw(), 1),
+        "SZ_W": max(function.sz_w(), 1),
+        "EXPORT": '__attribute__((visibility("default")))',
+        **{f"N_IN{i}": function.numel_in(i) for i in range(function.n_in())},
+        **{f"N_OUT{i}": function.numel_out(i) for i in range(function.n_out())},
+    }
+    defines = "\n".join(f"#define ALIGHT_{name} {value}" for name, value in sizes.items())
+    # A global name of the process, such as tick, would be called instead of ours.
+    private = "#define CASADI_SYMBOL_EXPORT static"
+    return "\n".join([private, generator.dump(), defines, _text(after)])
 
 
-@cache
-def _compiler_version(compiler: str) -> str:
-    try:
-        done = subprocess.run(
-            [compiler, "--version"], capture_output=True, text=True, timeout=60, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise CompilerUnavailable(f"{compiler} does not run: {error}") from None
-    return done.stdout + os.uname().machine
+def _text(name: str) -> str:
+    return resources.files("alight.kernels").joinpath(name).read_text("utf-8")
 
 
 def source_of(program: Program) -> str:
     """C source of the tick and of the loop that runs it."""
-    tick = program.tick
-    generator = ca.CodeGenerator("tick.c", {"with_header": False, "verbose": False})
-    generator.add(tick)
-    sizes = {
-        "SZ_ARG": tick.sz_arg(),
-        "SZ_RES": tick.sz_res(),
-        "SZ_IW": max(tick.sz_iw(), 1),
-        "SZ_W": max(tick.sz_w(), 1),
-        "NX": tick.numel_in(0),
-        "NY": tick.numel_out(1),
-    }
-    defines = "\n".join(f"#define ALIGHT_{name} {value}" for name, value in sizes.items())
-    export = "#define ALIGHT_EXPORT CASADI_SYMBOL_EXPORT"
-    loop = resources.files("alight.kernels").joinpath("loop.c").read_text("utf-8")
-    return "\n".join([generator.dump(), defines, export, loop])
+    return c_of(program.tick, "loop.c")
 
 
-def library_of(source: str) -> Path:
-    """Compile a source once, and return the library; concurrent builds do not disturb each other.
+class Compiled:
+    """Runs a program as compiled C.
 
     Raises
     ------
     CompilerUnavailable
-        If it cannot be compiled, or the cache folder cannot be written.
+        If it cannot be compiled or loaded.
     """
-    compiler = find_compiler()
-    content = "\0".join([source, *FLAGS, compiler, _compiler_version(compiler)])
-    target = cache_folder() / f"{hashlib.sha256(content.encode()).hexdigest()[:32]}.so"
-    if target.exists():
-        return target
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-            code, built = Path(folder, "tick.c"), Path(folder, "tick.so")
-            code.write_text(source, "utf-8")
-            command = [compiler, *FLAGS, str(code), "-o", str(built), "-lm"]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            if done.returncode:
-                raise CompilerUnavailable(f"{compiler} failed: {done.stderr.strip()[:400]}")
-            os.replace(built, target)
-    except OSError as error:
-        raise CompilerUnavailable(f"cannot build in {target.parent}: {error}") from None
-    return target
-
-
-class Compiled:
-    """Runs a program as compiled C."""
 
     name = "c"
 
     def __init__(self, program: Program) -> None:
-        path = library_of(source_of(program))
-        try:
-            library = ctypes.CDLL(str(path))
-        except OSError as error:
-            raise CompilerUnavailable(f"{error}; remove it, or allow programs there") from None
+        library = load(source_of(program), flags=FLAGS)
         self._n_y = program.tick.numel_out(1)
+        self._once = Direct(program.once)
         self._run = library.alight_run
         doubles = np.ctypeslib.ndpointer(dtype=np.float64, flags="C_CONTIGUOUS")
         self._run.restype = ctypes.c_longlong
@@ -130,6 +80,6 @@ class Compiled:
         """Run as many ticks as ``w`` has entries; see `Runner`."""
         state = np.array(x, dtype=np.float64)
         y = np.empty((len(w), self._n_y))
-        noise, parameters = (np.ascontiguousarray(v, dtype=np.float64) for v in (w, p))
-        done = self._run(len(w), state, noise, parameters, y)
+        noise = np.ascontiguousarray(w, dtype=np.float64)
+        done = self._run(len(w), state, noise, self._once(p)[0], y)
         return state, y[:done]

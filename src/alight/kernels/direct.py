@@ -2,10 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
+
+
+def call_on(
+    function: ca.Function, inputs: Sequence[np.ndarray], outputs: Sequence[np.ndarray]
+) -> Callable[[], None]:
+    """Bind a function to arrays: each call reads the inputs and fills the outputs.
+
+    Parameters
+    ----------
+    function : casadi.Function
+        What is called.
+    inputs, outputs : sequence of (n,) float arrays
+        One for each input and output, column by column; they are used where they lie.
+    """
+    buffer, evaluate = function.buffer()
+    for i, array in enumerate(inputs):
+        buffer.set_arg(i, memoryview(array))  # type: ignore[call-arg, arg-type]
+    for i, array in enumerate(outputs):
+        buffer.set_res(i, memoryview(array))  # type: ignore[call-arg, arg-type]
+    # The callable holds bare addresses: whoever holds it must hold what they point at, too.
+    evaluate.held = (buffer, function, *inputs, *outputs)
+    return evaluate
 
 
 class Direct:
@@ -15,13 +38,9 @@ class Direct:
     """
 
     def __init__(self, function: ca.Function) -> None:
-        self._buffer, self._evaluate = function.buffer()
         self._inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
-        for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))  # type: ignore[call-arg, arg-type]
-        for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))  # type: ignore[call-arg, arg-type]
+        self._evaluate = call_on(function, self._inputs, self._outputs)
 
     def __call__(self, *args: Any) -> list[np.ndarray]:
         """Evaluate at one value for each input."""

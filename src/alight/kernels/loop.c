@@ -14,18 +14,18 @@ ALIGHT_EXPORT long long alight_run(long long n, double* x, const double* noise, 
   double* res[ALIGHT_SZ_RES];
   long long int iw[ALIGHT_SZ_IW];
   double w[ALIGHT_SZ_W];
-  double x_next[ALIGHT_NX];
+  double x_next[ALIGHT_N_OUT0];
   long long k, i;
   for (k = 0; k < n; ++k) {
-    double* row = y + k * ALIGHT_NY;
+    double* row = y + k * ALIGHT_N_OUT1;
     arg[0] = x;
     arg[1] = noise + k;
     arg[2] = p;
     res[0] = x_next;
     res[1] = row;
-    tick(arg, res, iw, w, 0);
-    for (i = 0; i < ALIGHT_NX; ++i) x[i] = x_next[i];
-    if (row[ALIGHT_NY - 1] != 0 || !alight_finite(row, ALIGHT_NY)) return k + 1;
+    ALIGHT_TICK(arg, res, iw, w, 0);
+    for (i = 0; i < ALIGHT_N_OUT0; ++i) x[i] = x_next[i];
+    if (row[ALIGHT_N_OUT1 - 1] != 0 || !alight_finite(row, ALIGHT_N_OUT1)) return k + 1;
   }
   return n;
 }

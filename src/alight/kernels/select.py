@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Literal
 
 from alight.errors import UnknownName
-from alight.kernels.compiled import Compiled, CompilerUnavailable
+from alight.kernels.auto import Auto
+from alight.kernels.compiled import Compiled
 from alight.kernels.program import Program, Runner
 from alight.kernels.vm import VirtualMachine
 
@@ -14,10 +14,18 @@ Backend = Literal["auto", "vm", "c"]
 BACKENDS: tuple[Backend, ...] = ("auto", "vm", "c")
 
 
-def runner(program: Program, backend: Backend = "auto") -> Runner:
+def runner(program: Program, backend: Backend = "auto", ticks: int = 0) -> Runner:
     """Return what runs a program.
 
-    ``auto`` is compiled C where it can be had, else the virtual machine with one warning.
+    Parameters
+    ----------
+    program : Program
+        What is run.
+    backend : {"auto", "vm", "c"}
+        ``auto`` starts in the virtual machine and compiles when that costs less than going on;
+        see `alight.kernels.auto.Auto`.
+    ticks : int
+        How many ticks will be run, if it is known: lets ``auto`` compile sooner.
 
     Raises
     ------
@@ -30,12 +38,8 @@ def runner(program: Program, backend: Backend = "auto") -> Runner:
         raise UnknownName("backend", backend, BACKENDS)
     if backend == "vm":
         return VirtualMachine(program)
-    try:
+    if backend == "c":
         return Compiled(program)
-    except CompilerUnavailable as error:
-        if backend == "c":
-            raise
-        warnings.warn(
-            f"runs in CasADi's virtual machine, several times slower: {error}", stacklevel=3
-        )
-        return VirtualMachine(program)
+    made = Auto(program)
+    made.expect(ticks)
+    return made
