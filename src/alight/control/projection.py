@@ -77,9 +77,10 @@ class Estimate:
         phi = theta - (_values(self.upper) + _values(self.lower)) / 2
         outside = maximum(phi**2 - h**2, 0.0) / (self.epsilon**2 + 2 * self.epsilon * h)
         outward = phi * mu
-        root = sqrt(outward**2 + (self.leak * h**2) ** 2)
-        # outward + root, without cancellation where outward is negative
-        push = where(outward > 0, outward + root, (self.leak * h**2) ** 2 / (root + fabs(outward)))
+        leak = (self.leak * h**2) ** 2
+        total = sqrt(outward**2 + leak) + fabs(outward)
+        # outward + sqrt(outward^2 + leak), without cancellation where outward is negative
+        push = where(outward > 0, total, leak / total)
         return mu - outside ** (self.order + 1) * push * phi / (2 * h**2)
 
     def clip(self, theta: Any) -> Any:

@@ -48,15 +48,17 @@ class TipFriction:
         sliding = (1 + sin(_HALF_TURN * (phase - 0.5))) / 2
         return where(z * v > 0, sliding, 0.0)
 
-    def z_dot(self, z: Scalar, v: Scalar, Lambda: Scalar) -> Scalar:
+    def z_dot(self, z: Scalar, v: Scalar, presses: Scalar) -> Scalar:
         """Rate of the bristle deflection ``z`` [m/s] at the sliding speed ``v`` [m/s].
+
+        Without friction there is no bristle: it rests.
 
         The bristle follows no faster than ``deflection / response``: at such speeds it is fully
         deflected anyway, and a fixed step must be able to follow it.
         """
         followed = minimum(maximum(v, -self._fastest), self._fastest)
         sticking = followed * (1 - self.plasticity(z, v) * fabs(z) / self.deflection)
-        return where(Lambda > 0, sticking, -z / self.response)
+        return where(self.mu > 0, where(presses > 0, sticking, -z / self.response), 0.0)
 
     def force(self, z: Scalar, v: Scalar, F_m: Scalar) -> Scalar:
         """Force [N] on the body along X2 under the normal force ``F_m`` [N], within ``mu F_m``."""

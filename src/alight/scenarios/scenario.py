@@ -61,8 +61,9 @@ class Document:
     ] = 2.0
     seed: Annotated[int, Quantity("", "seed of the sensor noise"), pydantic.Field(ge=0)] = 0
     substeps: Annotated[
-        int, Quantity("", "integrator steps in one sample"), pydantic.Field(ge=1)
-    ] = 4
+        Annotated[int, pydantic.Field(ge=1)] | None,
+        Quantity("", "integrator steps in one sample; as few as the plant allows if absent"),
+    ] = None
 
     def __post_init__(self) -> None:
         if self.steady_state > self.duration:
@@ -70,12 +71,26 @@ class Document:
                 f"steady_state = {self.steady_state} must not be longer than "
                 f"duration = {self.duration}"
             )
-        step = 1 / (self.testbed.sample_rate * self.substeps)
+        step = 1 / (self.testbed.sample_rate * self.steps)
         if self.plant.tip_friction.response < step:
             raise ValueError(
                 f"plant.tip_friction.response = {self.plant.tip_friction.response:g} s is shorter "
                 f"than the integrator's step of {step:g} s; raise it, or substeps"
             )
+
+    @property
+    def steps(self) -> int:
+        """Integrator steps in one sample: ``substeps``, or what the plant asks for.
+
+        At 2 kHz one step that locates the switch of contact has no more error than four classical
+        Runge-Kutta steps that do not; the bristle of the tip friction is stiffer and asks for two.
+        """
+        return self.substeps or steps_for(self.plant)
+
+
+def steps_for(plant: Plant) -> int:
+    """Fewest integrator steps in one sample of 0.5 ms that keep the error small."""
+    return 2 if plant.tip_friction.mu > 0 else 1
 
 
 def settings_of(law: Law) -> dict[str, Any]:
@@ -130,7 +145,7 @@ class Scenario:
     @property
     def closed_loop(self) -> ClosedLoop:
         """What is built and run."""
-        return ClosedLoop(self.plant, self.testbed, self.law, self.document.substeps)
+        return ClosedLoop(self.plant, self.testbed, self.law, self.document.steps)
 
     def with_law(self, law: Law) -> Scenario:
         """Return the same scenario under another law."""

@@ -7,7 +7,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from alight.control.transition import FILTER_TRIP, ContactTransitionLaw
 from alight.errors import AlightError
@@ -147,6 +146,8 @@ class _Switching:
 
     def solve(self, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, Verdict]:
         """States at the given times, one column each, and how the run ended."""
+        from scipy.integrate import solve_ivp  # a third of a second, which an import need not cost
+
         columns: list[np.ndarray] = []
         t, end = 0.0, float(times[-1])
         touching = self._gap(t, x) >= 0

@@ -11,7 +11,7 @@ import numpy as np
 from alight.control.law import Law, PlainLaw
 from alight.control.measurement import Measurement
 from alight.errors import AlightError
-from alight.kernels import Runner, runner
+from alight.kernels import Auto, Runner, runner
 from alight.kernels.direct import Direct
 from alight.kernels.select import Backend
 from alight.simulation.closed_loop import (
@@ -19,13 +19,14 @@ from alight.simulation.closed_loop import (
     NO_TORQUE,
     PLANT,
     SENSORS,
-    TRIPS,
     ClosedLoop,
     InitialState,
     check_channels,
     plain_programs,
     tick_program,
+    torque_signals,
 )
+from alight.simulation.ending import ending
 from alight.simulation.recording import Recording
 from alight.simulation.verdict import Outcome, Verdict
 from alight.symbolic.parameters import is_parameters, structure_of
@@ -80,8 +81,10 @@ def run(
         made, recorded = _PlainLoop(loop, loop.law), Layout(loop.signals)
     else:
         made, recorded = _prepared(loop, channels, backend)
+        if isinstance(made, Auto):
+            made.expect(ticks)
     _refuse_too_long(ticks, recorded.size + 1)
-    x, p = loop.initial_column(start), loop.parameter_values()
+    x, p = loop.initial_column(start), loop.parameter_values(loop.zeros())
     rows: list[np.ndarray] = []
     for first in range(0, ticks, BLOCK):
         block = noise.standard_normal(min(BLOCK, ticks - first))
@@ -120,12 +123,12 @@ KEPT = 32
 def _prepared(
     loop: ClosedLoop, channels: tuple[str, ...] | None, backend: Backend
 ) -> tuple[Runner, Layout]:
-    """Build a loop once: loops that differ in numbers only share one program."""
+    """Build a loop once: loops that differ in numbers other than zero share one program."""
     sets = tuple(structure_of(part) for part in loop.parameters().values())
-    key = (sets, loop.substeps, channels, backend)
+    key = (sets, loop.zeros(), loop.substeps, channels, backend)
     known = is_parameters(loop.law)  # any other law may hold other numbers in the next run
     if not known or key not in _made:
-        program = tick_program(loop, channels)
+        program = tick_program(loop, channels, loop.zeros())
         _made[key] = runner(program, backend), program.recorded
         if len(_made) > KEPT:
             _made.popitem(last=False)
@@ -146,22 +149,10 @@ def _verdict(
     """Read off the last row, and the state of the plant after it, how the run ended."""
     end, code = float(t[-1]), int(y[-1, -1]) if np.isfinite(y[-1, -1]) else 0
     strange = ~np.isfinite(y[-1, :-1])
-    if code in law.trips:
-        return Verdict(
-            Outcome.TRIPPED, end, "u_f" if "u_f" in law.states else None, law.trips[code]
-        )
-    if code == NO_TORQUE:
-        return Verdict(Outcome.NOT_FINITE, end, "tau", TRIPS[code])
-    if code in TRIPS and not np.isfinite(plant).all():
-        name = PLANT.columns[int(np.argmin(np.isfinite(plant)))]
-        return Verdict(Outcome.NOT_FINITE, end, name, "it is infinite or not a number")
-    if code in TRIPS:
-        largest = int(np.argmax(np.abs(plant)))
-        return Verdict(Outcome.DIVERGED, end, PLANT.columns[largest], TRIPS[code])
-    if strange.any():
+    if not code and strange.any():
         name = recorded.columns[int(np.argmax(strange))]
         return Verdict(Outcome.NOT_FINITE, end, name, "it is infinite or not a number")
-    return Verdict(Outcome.COMPLETED, end)
+    return ending(code, end, law, plant)
 
 
 class _PlainLoop:
@@ -171,7 +162,9 @@ class _PlainLoop:
 
     def __init__(self, loop: ClosedLoop, law: PlainLaw) -> None:
         self._loop, self._law = loop, law
-        self._sense, self._move = (Direct(program) for program in plain_programs(loop))
+        self._sense, self._move = (
+            Direct(program) for program in plain_programs(loop, loop.zeros())
+        )
         self._recorded = Layout(loop.law_signals)
         self._state = dict(law.initial_state())
 
@@ -193,7 +186,8 @@ class _PlainLoop:
         clipped = self._loop.testbed.motors.clip(np.asarray(tick.tau, dtype=float))
         applied = held if self._loop.testbed.delay else clipped
         following, signals, trip = self._move(plant, applied, p)
-        own = self._recorded.pack({**tick.signals, **self._state, "tau": tick.tau})
+        torque = torque_signals(tick.tau, clipped)
+        own = self._recorded.pack({**tick.signals, **self._state, **torque})
         lost = 0.0 if np.isfinite(tick.tau).all() else float(NO_TORQUE)
         row = np.concatenate([signals, seen, own, [tick.trip or lost or trip[0]]])
         self._state = dict(tick.state)

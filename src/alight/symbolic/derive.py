@@ -26,7 +26,7 @@ def _fresh(values: Sequence[Any]) -> list[ca.SX]:
 def _at(expression: ca.SX, symbols: list[ca.SX], values: Sequence[Any]) -> Any:
     """Put values in place of symbols; numbers when nothing symbolic is left."""
     placed = ca.substitute([expression], symbols, [as_expression(v) for v in values])[0]
-    if ca.symvar(placed):
+    if not placed.is_constant():
         return placed
     result = ca.evalf(placed).full()
     if result.shape == (1, 1):
@@ -119,6 +119,16 @@ def _refuse_nonlinear(value: ca.SX, linear_part: ca.SX) -> None:
             )
     if not compared:
         raise ExpressionError("the expression is not finite at any point where it was tried")
+
+
+def traced(function: Callable[..., Any], *sizes: int) -> Callable[..., Any]:
+    """The same function of vectors of the given sizes, its body run only once, on symbols.
+
+    What it closes over stays in its expressions: let nothing large be among it.
+    """
+    symbols = [ca.SX.sym(f"arg{i}", size) for i, size in enumerate(sizes)]
+    expression = ca.densify(ca.SX(function(*symbols)))
+    return lambda *args: _at(expression, symbols, args)
 
 
 def evaluated(function: Callable[..., Any], *args: Any) -> Any:

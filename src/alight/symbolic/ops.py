@@ -53,8 +53,10 @@ minimum = _elementwise(ca.fmin, np.minimum)
 
 def where(condition: Any, if_true: Any, if_false: Any) -> Any:
     """Choose elementwise; both branches are evaluated, and the jump has derivative zero."""
-    if is_symbolic(condition, if_true, if_false):
+    if is_symbolic(condition):
         return ca.if_else(condition, if_true, if_false)
+    if is_symbolic(if_true, if_false):  # decided already: nothing of the other branch remains
+        return if_true if condition else if_false
     return np.where(condition, if_true, if_false)[()]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import (
     Annotated,
@@ -198,8 +198,11 @@ class Lifted:
     """Path of each entry of ``symbols``; entries of a vector carry an index from 1."""
 
 
-def lift(obj: Any, prefix: str = "") -> Lifted:
-    """Replace every number of a parameter set by a symbol, so that it becomes an input."""
+def lift(obj: Any, prefix: str = "", but: Container[str] = ()) -> Lifted:
+    """Replace the numbers of a parameter set by symbols, so that they become inputs.
+
+    Those whose path stands in ``but`` stay numbers.
+    """
     symbols: list[ca.SX] = []
     paths: list[str] = []
 
@@ -210,7 +213,7 @@ def lift(obj: Any, prefix: str = "") -> Lifted:
             path = f"{at_path}{field.name}"
             if is_parameters(value):
                 replaced[field.name] = lifted(value, f"{path}.")
-            elif _numeric(value) and not isinstance(value, int):
+            elif _numeric(value) and not isinstance(value, int) and path not in but:
                 size = len(value) if isinstance(value, tuple) else 1
                 symbol = ca.SX.sym(path, size)
                 replaced[field.name] = symbol
@@ -222,9 +225,10 @@ def lift(obj: Any, prefix: str = "") -> Lifted:
     return Lifted(made, ca.vertcat(*symbols), tuple(paths))
 
 
-def values_of(obj: Any) -> np.ndarray:
-    """The numbers of a parameter set in the order of `lift`."""
-    parts = [np.atleast_1d(np.asarray(v, dtype=float)) for _, v, _ in numeric_fields(obj)]
+def values_of(obj: Any, prefix: str = "", but: Container[str] = ()) -> np.ndarray:
+    """The numbers of a parameter set in the order of `lift`, without those in ``but``."""
+    fields = numeric_fields(obj, prefix)
+    parts = [np.atleast_1d(np.asarray(v, dtype=float)) for path, v, _ in fields if path not in but]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
