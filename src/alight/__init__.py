@@ -34,8 +34,15 @@ _HOME = {
         "Unsaturated",
     ),
     "alight.testbed": ("Encoder", "Motors", "Probe", "Testbed", "Transducer"),
-    "alight.simulation": ("Outcome", "Recording", "Verdict", "reference"),
-    "alight.scenarios": ("Scenario", "load_scenario", "shipped_scenarios", "simulate"),
+    "alight.simulation": ("Controller", "Outcome", "Recording", "Verdict", "reference"),
+    "alight.scenarios": (
+        "Batch",
+        "Scenario",
+        "load_scenario",
+        "shipped_scenarios",
+        "simulate",
+        "simulate_batch",
+    ),
     "alight.theory": ("inspect",),
     "alight.errors": ("AlightError",),
 }

@@ -4,8 +4,10 @@ from alight.scenarios.load import load_scenario, parse_overrides
 from alight.scenarios.scenario import Provenance, Scenario, Start
 from alight.scenarios.shipped import shipped_scenarios
 from alight.scenarios.simulate import simulate
+from alight.scenarios.simulate_batch import Batch, simulate_batch
 
 __all__ = [
+    "Batch",
     "Provenance",
     "Scenario",
     "Start",
@@ -13,4 +15,5 @@ __all__ = [
     "parse_overrides",
     "shipped_scenarios",
     "simulate",
+    "simulate_batch",
 ]

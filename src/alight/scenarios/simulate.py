@@ -49,7 +49,8 @@ def simulate(
     channels : tuple of str, optional
         Signals to record; all of them if absent.
     backend : {"auto", "vm", "c"}
-        Compiled C where a compiler is found, else CasADi's virtual machine.
+        CasADi's virtual machine or compiled C, which give the same bits; ``auto`` compiles when
+        that costs less than the work that is left, and keeps the program for later.
     progress : callable, optional
         Called now and then with the share that is done.
     throw : bool

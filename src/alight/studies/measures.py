@@ -8,18 +8,20 @@ import numpy as np
 
 from alight.scenarios import Scenario, simulate
 from alight.simulation import Recording
+from alight.simulation.metrics import metrics_of
 
-CHANNELS = (
-    "e_m",
-    "e_r",
-    "F_m",
-    "tau",
-    "probe_clearance",
-    "theta_dk_hat",
-    "x_m",
+METRICS = (
+    "steady_e_r",
+    "steady_e_m",
+    "mean_e_r",
+    "mean_e_m",
+    "peak_tau",
+    "peak_F_m",
+    "chatter",
+    "least_clearance",
+    "settling",
 )
-SETTLED = 0.05
-"""A run has settled when ``e_m`` stays within this share of the travel ``x_md - x_0``."""
+CHANNELS = ("e_m", "e_r", "F_m", "tau", "probe_clearance", "theta_dk_hat", "x_m")
 
 
 @dataclass(frozen=True)
@@ -56,32 +58,42 @@ class Measures:
 
 
 def measure(recording: Recording, scenario: Scenario) -> Measures:
-    """Take the figures of a recording of a scenario."""
-    end = recording.last(scenario.document.steady_state)
-    travel = abs(scenario.target.x_md - scenario.plant.body.x_0)
-    outside = np.abs(recording["e_m"]) > SETTLED * travel
-    mismatch = None
-    if "theta_dk_hat" in recording:
-        error = end["theta_dk_hat"] - scenario.plant.theta_dk
-        mismatch = float(np.mean(error * scenario.plant.body.Y_d(end["x_m"])))
-    tau1, tau2 = recording.peak("tau")
-    least = float(recording["probe_clearance"].min())
+    """Take the figures of a recording of a scenario; a run that ended early has no steady state."""
+    document = scenario.document
+    figures = metrics_of(
+        recording,
+        METRICS,
+        ticks=round(document.duration / scenario.closed_loop.dt),
+        steady_state=document.steady_state,
+        travel=abs(scenario.target.x_md - scenario.plant.body.x_0),
+    )
+    tau1, tau2 = figures["peak_tau"]
+    e_r1, e_r2 = figures["steady_e_r"]
     return Measures(
         completed=recording.verdict.completed,
         time=recording.verdict.time,
-        e_r1=end.peak("e_r1"),
-        e_r2=end.peak("e_r2"),
-        e_m=end.peak("e_m"),
-        mean_e_r1=float(np.mean(end["e_r1"])),
-        mean_e_m=float(np.mean(end["e_m"])),
+        e_r1=float(e_r1),
+        e_r2=float(e_r2),
+        e_m=figures["steady_e_m"],
+        mean_e_r1=float(figures["mean_e_r"][0]),
+        mean_e_m=figures["mean_e_m"],
         tau=(float(tau1), float(tau2)),
-        F_m=recording.peak("F_m"),
-        chatter=float(np.std(end["F_m"]) / max(np.mean(end["F_m"]), np.finfo(float).tiny)),
-        deflection=scenario.testbed.probe.clearance - least,
-        clearance=least,
-        settling=float(recording.t[np.flatnonzero(outside)[-1]]) if outside.any() else 0.0,
-        mismatch=mismatch,
+        F_m=figures["peak_F_m"],
+        chatter=figures["chatter"],
+        deflection=scenario.testbed.probe.clearance - figures["least_clearance"],
+        clearance=figures["least_clearance"],
+        settling=figures["settling"],
+        mismatch=_mismatch(recording, scenario),
     )
+
+
+def _mismatch(recording: Recording, scenario: Scenario) -> float | None:
+    """Mean steady-state part of the desired position that the estimate of ``theta_dk`` errs by."""
+    if "theta_dk_hat" not in recording:
+        return None
+    end = recording.last(scenario.document.steady_state)
+    error = end["theta_dk_hat"] - scenario.plant.theta_dk
+    return float(np.mean(error * scenario.plant.body.Y_d(end["x_m"])))
 
 
 def run_and_measure(scenario: Scenario, seed: int | None = None) -> Measures:
