@@ -19,7 +19,7 @@ LOCK   := $(UV) pip compile --quiet --universal --python-version 3.11 --fork-str
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce results test lint types imports docs tests format install lock clean
+.PHONY: help reproduce results bench test lint types imports docs tests format install lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,6 +29,9 @@ reproduce: $(VENV)/runtime.stamp ## both experiments, every claim, the figures
 
 results: $(VENV)/runtime.stamp ## renew what the documentation shows
 	$(BIN)/python docs/make_results.py
+
+bench: $(VENV)/bench.stamp ## Alight against its peers, in ratios measured here; renews the docs
+	$(BIN)/alight bench --out docs/results
 
 test: lint types imports docs tests ## everything that CI runs
 
@@ -72,6 +75,8 @@ lock: ## renew requirements/*.txt from pyproject.toml (needs uv; UPGRADE=--upgra
 	$(LOCK) $(UPGRADE) --extra identify --output-file requirements/runtime.txt
 	$(LOCK) $(UPGRADE) --extra test --constraint requirements/runtime.txt \
 	    --output-file requirements/test.txt
+	$(LOCK) $(UPGRADE) --extra bench --constraint requirements/test.txt \
+	    --override requirements/override.in --output-file requirements/bench.txt
 
 clean: ## remove what the targets above made, the environment included
 	rm -rf $(VENV) docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache \

@@ -14,7 +14,7 @@ import alight
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
-LOCKS = ("runtime", "test")
+LOCKS = ("runtime", "test", "bench")
 
 
 def entries(lock: str) -> list[str]:
@@ -49,7 +49,12 @@ def test_a_lock_names_no_address(lock):
 
 
 @pytest.mark.parametrize(
-    ("lock", "extras"), [("runtime", ["identify"]), ("test", ["identify", "docs", "test"])]
+    ("lock", "extras"),
+    [
+        ("runtime", ["identify"]),
+        ("test", ["identify", "docs", "test"]),
+        ("bench", ["bench"]),
+    ],
 )
 def test_a_lock_satisfies_what_the_project_asks_for(lock, extras):
     pins = locked(lock)

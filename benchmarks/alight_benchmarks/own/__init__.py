@@ -1,0 +1,1 @@
+"""What ``alight bench`` measures, section by section; nothing heavy is imported here."""

@@ -1,0 +1,57 @@
+"""The error of fixed steps against the tight reference, with the switch located and without."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+import alight
+from alight import Scenario
+from alight.simulation.sampled_reference import sampled_reference
+from alight_benchmarks.own import plain
+from alight_benchmarks.own.bench import Bench
+from alight_benchmarks.own.problems import FULL, PLAIN_SUBSTEPS, full, ideal
+
+STEPS = (1, 2, 4, 8)
+"""Steps in a sample."""
+CHANNELS = ("q", "x_m", "F_m")
+SCENARIOS = {"benchmark": ideal, FULL: full}
+
+
+def measure(bench: Bench) -> dict[str, Any]:
+    """Largest error of each channel over the first impacts, at several numbers of steps."""
+    duration, rows = bench.pace.accuracy, []
+    for i, (name, made) in enumerate(SCENARIOS.items()):
+        bench.report(i / len(SCENARIOS), f"accuracy on {name}")
+        scenario = made(duration)
+        default = scenario.closed_loop.substeps
+        run = sampled_reference(scenario.closed_loop, scenario.start, duration)
+        exact = {channel: run[channel] for channel in CHANNELS}
+        for steps in STEPS:
+            located = alight.simulate(made(duration, steps), channels=CHANNELS, backend="vm")
+            common = {"scenario": name, "steps": steps}
+            errors = _errors({c: located[c] for c in CHANNELS}, exact)
+            rows.append({**common, "located": True, "default": steps == default, "error": errors})
+            errors = _errors(_plain(scenario, steps), exact)
+            compared_with = steps == PLAIN_SUBSTEPS
+            rows.append({**common, "located": False, "default": compared_with, "error": errors})
+    return {"rows": rows, "duration": duration}
+
+
+def _plain(scenario: Scenario, steps: int) -> dict[str, np.ndarray]:
+    samples = plain.prepared(scenario, substeps=steps, channels=CHANNELS).call()
+    return {"q": samples[:, :2], "x_m": samples[:, 2], "F_m": samples[:, 3]}
+
+
+def _errors(
+    found: Mapping[str, np.ndarray], exact: Mapping[str, np.ndarray]
+) -> dict[str, float | None]:
+    """Largest error of each channel; None where a run left the numbers, or ended early."""
+    errors: dict[str, float | None] = {}
+    for channel, values in found.items():
+        same = len(values) == len(exact[channel])
+        off = float(np.abs(values - exact[channel]).max()) if same else np.inf
+        errors[channel] = off if np.isfinite(off) else None
+    return errors
