@@ -165,7 +165,8 @@ class ContactTransitionLaw(Law):
         unit_body = MassSpring(m=1.0, k_s=1.0, x_0=0.0)
         body = rebind(unit_body, k_s=pi[count + 1], x_0=self.model.body.x_0)
         spring = LinearSpring()
-        pushed = rebind(spring, K_I=pi[count]).force(e.gap, 0.0)
+        presses = spring.Lambda(e.gap)  # not the guard: it may read K_I, which is a symbol here
+        pushed = rebind(spring, K_I=pi[count]).force(e.gap, 0.0, presses)
         x_m_ddot = body.acceleration(measured.x_m, measured.x_m_dot, pushed)
         x_rd1_ddot = self.x_rd1_ddot(
             measured.x_m, measured.x_m_dot, e.u_f, e.theta_dk_hat, x_m_ddot
@@ -173,7 +174,7 @@ class ContactTransitionLaw(Law):
         alpha = as_vector(self.gains.alpha)
         acceleration = vector(x_rd1_ddot, 0.0) + alpha * e.e_r_dot
         velocity = e.x_rd_dot + alpha * e.e_r
-        impact = rebind(spring, K_I=pi[-1]).force(e.gap, 0.0)
+        impact = rebind(spring, K_I=pi[-1]).force(e.gap, 0.0, presses)
         return (
             arm.M_bar(measured.q) @ acceleration
             + arm.C_bar(measured.q, measured.q_dot) @ velocity
