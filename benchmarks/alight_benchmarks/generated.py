@@ -102,6 +102,20 @@ def source_of(function: ca.Function) -> str:
     return "\n".join([generator.dump(), *(f"#define {name} {n}" for name, n in sizes.items())])
 
 
+def compiler() -> str:
+    """Path of the compiler of plain C: the first of `COMPILERS` on the path.
+
+    Raises
+    ------
+    NoCompiler
+        If none of them is.
+    """
+    found = next(filter(None, map(shutil.which, COMPILERS)), None)
+    if found is None:
+        raise NoCompiler(f"no C compiler ({', '.join(COMPILERS)}) is on the path")
+    return found
+
+
 def library_of(source: str, folder: Path) -> Path:
     """Compile a source in a folder.
 
@@ -112,10 +126,7 @@ def library_of(source: str, folder: Path) -> Path:
     """
     code, library = folder / "code.c", folder / "code.so"
     code.write_text(source, "utf-8")
-    compiler = next(filter(None, map(shutil.which, COMPILERS)), None)
-    if compiler is None:
-        raise NoCompiler(f"no C compiler ({', '.join(COMPILERS)}) is on the path")
-    subprocess.run([compiler, *FLAGS, str(code), "-o", str(library), "-lm"], check=True)
+    subprocess.run([compiler(), *FLAGS, str(code), "-o", str(library), "-lm"], check=True)
     return library
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib import metadata, resources
 
 import numpy as np
@@ -62,6 +63,7 @@ class Numbers:
     e_f0: float
 
 
+@cache
 def problem_scenario(duration: float = 10.0, substeps: int = 4) -> Scenario:
     """Return the problem as a scenario of Alight."""
     overrides = {

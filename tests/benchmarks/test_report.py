@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from alight_benchmarks.own.budget import budget
+from alight_benchmarks.own.figure import convergence
 from alight_benchmarks.own.report import markdown, number, tables
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -26,8 +27,11 @@ def section(name: str, figure: float) -> dict[str, object]:
     elif name == "threads":
         row = {"threads": 2, "rate": found}
     else:
-        row = {"name": "Numba", "ratio": found}
+        row = {"name": "Numba", "ratio": found, "same": True}
     return {"rows": [row]}
+
+
+BATCH = {"batch": section("batch", 0.04)}
 
 
 def line(sections: dict[str, object], what: str) -> dict[str, object]:
@@ -54,6 +58,25 @@ def test_a_line_of_the_budget_holds_up_to_its_limit(name, what, figure, holds):
 def test_how_far_ahead_of_a_peer_is_the_quotient_of_the_ratios():
     found = line({"peers": section("peers", 10.0), "batch": section("batch", 0.04)}, "Numba")
     assert found["figure"] == pytest.approx(250.0) and found["holds"] is True
+
+
+def test_a_peer_that_ran_something_else_is_not_compared_with():
+    other = section("peers", 10.0)
+    other["rows"][0]["same"] = False
+    assert not any("Numba" in row["what"] for row in budget({"peers": other, **BATCH}))
+    assert line({"peers": section("peers", 10.0), **BATCH}, "Numba")
+
+
+def test_every_kept_peer_ran_the_problem():
+    for row in KEPT["sections"]["peers"]["rows"]:
+        assert row.get("same", True), row["name"]
+
+
+def test_the_figure_shows_every_error():
+    figure = convergence(KEPT["sections"]["accuracy"])
+    shown = [y for axes in figure.axes for drawn in axes.lines for y in drawn.get_ydata()]
+    errors = [e for row in KEPT["sections"]["accuracy"]["rows"] for e in row["error"].values()]
+    assert sorted(shown) == sorted(error for error in errors if error)
 
 
 def test_what_was_not_measured_has_no_line():

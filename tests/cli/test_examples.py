@@ -53,6 +53,15 @@ def test_own_arm_strikes_harder_the_farther_it_reaches(tmp_path):
     assert 0 < sum(peak > 30.0 for peak in force) < len(force)
 
 
+def test_many_runs_tell_what_the_peak_force_follows(tmp_path):
+    first, spread, *rows = output("many_runs.py", tmp_path).splitlines()
+    assert first.startswith("1000 of 1000 runs")
+    middle, low, high = (numbers(spread)[i] for i in (0, 1, 2))
+    assert low < middle < high
+    follows = {row.split(":")[0].rpartition(" ")[2]: float(row.rpartition(" ")[2]) for row in rows}
+    assert follows["plant.arm.p1"] > follows["plant.contact.K_I"] > 0.2 > follows["plant.body.k_s"]
+
+
 def test_a_law_in_ordinary_python_brings_the_body_to_its_set_point(tmp_path):
     text = output("plain_python_law.py", tmp_path)
     assert "ran to its end" in text

@@ -219,7 +219,7 @@ def test_a_run_that_ends_early_fails_with_its_verdict_and_keeps_its_recording(tm
                 *("--set", "testbed.motors.limit=[1e300, 1e300]"),
                 *("--set", "law.gains.k3=[1e200, 1e200]"),
             ),
-            "not_finite",
+            "diverged",
             0,  # nothing but the start is a number
         ),
     ],

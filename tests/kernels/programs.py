@@ -117,7 +117,9 @@ def tiny(unit: str = "m", trip_at: float = 1e9) -> Prepared:
         {"x_next": following, "y": rows, "given": w, "calls": calls},
     )
     head = ca.vertcat(count + 1, total - w)
-    seldom = build(f"seldom_{unit}", {"head": x, "given": w, "p": p}, {"head_next": head})
+    seldom = build(
+        f"seldom_{unit}", {"head": x, "given": w, "p": p}, {"head_next": head, "trip": ca.SX(0)}
+    )
     layout = Layout({"total": Signal(unit, "a sum"), "noise": Signal("", "its tanh")})
     program = Program(usual, seldom, 1, layout, ("trip_at",))
     return Prepared(program, np.zeros(2), np.array([trip_at]))

@@ -154,9 +154,9 @@ def test_each_runner_says_its_name():
 
 @pytest.mark.parametrize("backend", ["gpu", "", "C", None])
 def test_an_unknown_backend_is_refused(backend):
-    with pytest.raises(UnknownName, match="one of: auto, c, vm"):
+    with pytest.raises(UnknownName, match="one of: auto, c, lanes, vm"):
         runner(made("vm")[0].program, backend)
-    assert set(BACKENDS) == {"auto", "vm", "c"}
+    assert set(BACKENDS) == {"auto", "vm", "c", "lanes"}
 
 
 @pytest.mark.parametrize("channels", [(), ("root",), ("q", "F_m", "tau")])
@@ -172,3 +172,31 @@ def test_fewer_channels_are_the_same_numbers(backend, channels):
     for i, name in enumerate(names):
         column = whole.program.recorded.columns.index(name)
         np.testing.assert_array_equal(y[:, i], all_of_it[:, column], err_msg=name)
+
+
+# The same run to rounding
+
+
+@NEEDS_COMPILER
+@pytest.mark.parametrize("name", list(loops()))
+def test_a_single_lane_makes_the_same_run_to_rounding(name):
+    program, vm = made("vm", name)
+    _, lane = made("lanes", name)
+    noise = noise_of(300)
+    (x_vm, y_vm), (x_lane, y_lane) = (program.run(r, noise) for r in (vm, lane))
+    size = 1 + np.abs(y_vm).max(axis=0)
+    assert y_lane.shape == y_vm.shape and not np.isnan(y_lane).any()
+    assert (np.median(np.abs(y_lane - y_vm), axis=0) <= 1e-7 * size).all()
+    np.testing.assert_allclose(x_lane[:4], x_vm[:4], atol=1e-5)
+
+
+@NEEDS_COMPILER
+@pytest.mark.parametrize("last", [0, 1, 100, 299])
+def test_a_single_lane_ends_with_the_row_of_the_trip(last):
+    program, lane = made("lanes")
+    _, vm = made("vm")
+    p = counted(trip_at=float(last))
+    (x, y), (x_vm, y_vm) = (r.run(program.x, noise_of(300), p) for r in (lane, vm))
+    assert len(y) == last + 1 and y[-1, -1] == TRIP and (y[:-1, -1] == 0).all()
+    np.testing.assert_allclose(y, y_vm, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(x, x_vm, rtol=1e-9, atol=1e-9)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 from alight.models import MassSpring
-from alight.simulation.integrate import rk4_step
+from alight.simulation.integrate import dormand_prince_step
 from alight.symbolic.derive import time_derivative
 from tests.strategies import between, bodies
 
@@ -53,7 +53,7 @@ def test_the_free_mass_swings_with_its_natural_frequency_and_decay(body, x, v):
 
     state = np.array([x, v])
     for _ in range(steps):
-        state = rk4_step(rates, state, end / steps)
+        state = dormand_prince_step(rates, state, end / steps)
     expected = body.x_0 + (weights * np.exp(modes * end)).sum().real
     assert state[0] == pytest.approx(expected, abs=1e-9 * (1 + np.abs(weights).max()))
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from alight.errors import InvalidParameters
 from alight.models import HuntCrossley, KelvinVoigt, LinearSpring, MassSpring
-from alight.simulation.integrate import rk4_step
+from alight.simulation.integrate import dormand_prince_step
 from alight.symbolic.derive import jacobian
+from alight.symbolic.parameters import rebind
 from tests.strategies import (
     CONTACT_LAWS,
     between,
@@ -33,6 +34,57 @@ SPEEDS = between(-3.0, 3.0)
 def test_a_contact_pushes_and_never_pulls(law, data, gap, gap_dot):
     contact = data.draw(CONTACT_LAWS[law]())
     assert contact.force(gap, gap_dot) >= 0
+
+
+# Two phases: what presses, and the guard that says when
+
+
+@LAWS
+@given(st.data(), GAPS, SPEEDS)
+def test_the_force_is_what_presses_where_the_guard_is_not_negative(law, data, gap, gap_dot):
+    contact = data.draw(CONTACT_LAWS[law]())
+    closed = contact.guard(gap, gap_dot) >= 0
+    expected = contact.pressing(gap, gap_dot) if closed else 0.0
+    assert contact.force(gap, gap_dot) == expected >= 0
+    held_closed, held_open = (contact.force(gap, gap_dot, presses) for presses in (1.0, 0.0))
+    assert held_closed == contact.pressing(gap, gap_dot) and held_open == 0
+
+
+@LAWS
+@given(st.data(), vectors(20, 1e-2), vectors(20, 3.0))
+def test_arrays_of_gaps_give_the_forces_of_each(law, data, gaps, rates):
+    contact = data.draw(CONTACT_LAWS[law]())
+    np.testing.assert_allclose(
+        contact.force(gaps, rates),
+        [contact.force(gap, rate) for gap, rate in zip(gaps, rates, strict=True)],
+        rtol=1e-14,
+    )
+
+
+@LAWS
+@given(st.data(), PENETRATIONS, SPEEDS, SPEEDS)
+def test_a_contact_presses_inside_the_body_unless_it_lets_go_and_never_outside(
+    law, data, gap, gap_dot, slower
+):
+    """At one depth the contact closes again, if it has let go, as soon as it opens more slowly."""
+    contact = data.draw(CONTACT_LAWS[law]())
+    assert contact.guard(-gap, gap_dot) < 0
+    assert contact.guard(gap, abs(gap_dot)) >= 0
+    low, high = sorted((gap_dot, slower))
+    assert (contact.guard(gap, low) < 0) or (contact.guard(gap, high) >= 0)
+
+
+@LAWS
+@given(st.data(), PENETRATIONS, SPEEDS, log_between(1e-6, 1e-3))
+def test_while_it_presses_the_force_has_no_kink(law, data, gap, gap_dot, share):
+    """Held closed, a law of whole exponent is a polynomial within the body: third differences."""
+    contact = data.draw(CONTACT_LAWS[law]())
+    if isinstance(contact, HuntCrossley):
+        contact = rebind(contact, exponent=1.0)
+    steps = np.array([-2.0, -1.0, 1.0, 2.0]) * share
+    forces = [contact.pressing(gap * (1 + h), gap_dot * (1 + h)) for h in steps]
+    third = forces[3] - 2 * forces[2] + 2 * forces[1] - forces[0]
+    assert abs(third) <= 1e-12 * max(abs(f) for f in forces) + 1e-300
 
 
 @LAWS
@@ -149,7 +201,7 @@ def restitution(contact: LinearSpring | KelvinVoigt | HuntCrossley, speed: float
 
     state = np.array([0.0, speed])
     while state[0] >= 0:
-        state = rk4_step(rates, state, dt)
+        state = dormand_prince_step(rates, state, dt)
     return -state[1] / speed
 
 

@@ -22,8 +22,7 @@ from alight.models import (
     TipFriction,
     TwoLinkArm,
 )
-from alight.simulation.closed_loop import PLANT
-from alight.simulation.integrate import rk4_step
+from alight.simulation.closed_loop import PLANT, phases_of
 from alight.symbolic.build import build
 from alight.symbolic.derive import time_derivative
 from alight.symbolic.ops import dot, vector
@@ -76,7 +75,7 @@ def mechanics(contact: type, plane: Plane) -> Evaluate:
             "drive": dot(tau, s.q_dot),
             "lift": dot(plant.arm.h(s.q), s.q_dot),
             "losses": vector(*losses),
-            "touch": vector(*touch),
+            "touch": vector(touch.gap, touch.Lambda, touch.F_m, touch.F_t),
         }
 
     return lifted(template, {"state": PLANT.size, "tau": 2}, expressions)
@@ -149,7 +148,7 @@ def test_in_free_motion_arm_and_body_know_nothing_of_each_other(data):
     plant = data.draw(plants())
     s = data.draw(plant_states(plant, deepest=0.0))
     s = s._replace(x_m=float(plant.arm.x_r(s.q)[0]) + 0.05)
-    gap, Lambda, F_m, F_t, _ = at(plant, s)["touch"]
+    gap, Lambda, F_m, F_t = at(plant, s)["touch"]
     assert gap < 0 and Lambda == F_m == F_t == 0
 
 
@@ -169,13 +168,10 @@ def test_theta_dk_is_the_deflection_of_the_contact_per_deflection_of_the_spring(
 
 @functools.cache
 def stepper(plant: Plant) -> ca.Function:
-    """One step of `rk4_step` of the unforced plant: next state, energy and contact there."""
+    """One step of the unforced plant, split at a switch: next state, energy and contact there."""
     column, dt = ca.SX.sym("column", PLANT.size), ca.SX.sym("dt")
-
-    def rates(x: ca.SX) -> ca.SX:
-        return PLANT.pack(plant.rates(as_state(x), vector(0.0, 0.0))._asdict())
-
-    following = rk4_step(rates, column, dt)
+    still = vector(0.0, 0.0)
+    following = phases_of(plant, still).split_step(column, dt)
     touch = plant.touch(as_state(following))
     return build(
         "step",
@@ -183,7 +179,7 @@ def stepper(plant: Plant) -> ca.Function:
         {
             "following": following,
             "energy": plant.energy(as_state(following)),
-            "rates": rates(column),
+            "rates": PLANT.pack(plant.rates(as_state(column), still)._asdict()),
             "contact": vector(touch.gap, touch.F_m),
         },
     )
@@ -213,7 +209,7 @@ FREE = started(LOSSLESS, gap=-0.3, q_dot=(-2.0, 3.0), compression=0.02)
 PRESSED = started(LOSSLESS, gap=1.5e-3, q_dot=(0.1, -0.2), compression=0.04)
 SMOOTH = pytest.mark.parametrize(
     ("start", "end", "steps"),
-    [(FREE, 0.5, (32, 64, 128, 256)), (PRESSED, 0.08, (64, 128, 256, 512))],
+    [(FREE, 0.5, (64, 128, 256)), (PRESSED, 0.08, (64, 128, 256))],
     ids=["free motion", "permanent contact"],
 )
 
@@ -228,7 +224,7 @@ def in_one_mode(run: dict[str, np.ndarray], start: PlantState) -> bool:
 
 
 @SMOOTH
-def test_the_step_converges_with_order_4_to_a_tightly_integrated_run(start, end, steps):
+def test_the_step_converges_with_order_5_to_a_tightly_integrated_run(start, end, steps):
     rates = stepper(LOSSLESS)
     reference = solve_ivp(
         lambda t, x: rates(x, 0.0)[2].full()[:, 0],
@@ -241,26 +237,27 @@ def test_the_step_converges_with_order_4_to_a_tightly_integrated_run(start, end,
     runs = [march(LOSSLESS, start, end, n) for n in steps]
     assert all(in_one_mode(run, start) for run in runs)
     errors = [float(np.abs(run["x"][:, -1] - reference).max()) for run in runs]
-    np.testing.assert_allclose(orders(errors), 4.0, atol=0.3)
+    assert orders(errors)[-1] == pytest.approx(5.0, abs=0.3)
 
 
 @SMOOTH
 def test_the_unforced_lossless_plant_keeps_its_energy_to_the_order_of_the_step(start, end, steps):
     runs = [march(LOSSLESS, start, end, n) for n in steps]
     drifts = [float(np.abs(run["energy"] - run["energy"][0]).max()) for run in runs]
-    assert (orders(drifts) > 3.7).all()
-    assert drifts[-1] < 1e-6 * runs[-1]["energy"][0]
+    assert (orders(drifts) > 4.7).all()
+    assert drifts[-1] < 1e-9 * runs[-1]["energy"][0]
 
 
-def test_through_impact_and_separation_the_energy_is_still_kept():
-    """The kink of (7) at a touch costs two orders, not the energy."""
+def test_through_impact_and_separation_the_energy_is_kept_to_the_same_order():
+    """The kink of (7) costs nothing: no step goes over it."""
     start = started(LOSSLESS, gap=-0.01, q_dot=(-1.0, 1.0), compression=0.0)
-    runs = [march(LOSSLESS, start, 0.2, n) for n in (1000, 4000, 16000)]
-    assert runs[-1]["gap"][0] < 0 < runs[-1]["gap"].max() and runs[-1]["gap"][-1] < 0
+    runs = [march(LOSSLESS, start, 0.2, n) for n in (200, 400, 800)]
+    for run in runs:
+        assert run["gap"][0] < 0 > run["gap"][-1]
+        assert np.diff(run["gap"] >= 0).sum() == 4  # two touches, two separations
     drifts = [float(np.abs(run["energy"] - run["energy"][0]).max()) for run in runs]
-    slope = np.polyfit(np.log([1000, 4000, 16000]), np.log(drifts), 1)[0]
-    assert slope < -1.5
-    assert drifts[-1] < 1e-6 * runs[-1]["energy"][0]
+    assert (orders(drifts) > 4.7).all()
+    assert drifts[-1] < 1e-9 * runs[-1]["energy"][0]
 
 
 DISSIPATIVE = {
@@ -279,10 +276,10 @@ DISSIPATIVE = {
 def test_with_damping_or_friction_the_energy_never_grows(losing):
     plant = DISSIPATIVE[losing]
     start = started(plant, gap=-0.01, q_dot=(-1.0, 1.0), compression=0.0)
-    coarse, fine = (march(plant, start, 0.2, n)["energy"] for n in (5000, 20000))
+    coarse, fine = (march(plant, start, 0.2, n)["energy"] for n in (500, 2000))
     integration_error = np.abs(coarse - fine[::4]).max()
     growth = np.maximum.accumulate(fine[::-1])[::-1] - fine  # later energy above the present one
-    assert growth.max() <= integration_error < 1e-3 * fine[0]
+    assert growth.max() <= integration_error < 1e-7 * fine[0]
     assert fine[-1] < 0.99 * fine[0]
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from alight.models import TipFriction
-from alight.simulation.integrate import rk4_step
+from alight.simulation.integrate import dormand_prince_step
 from alight.symbolic.build import build
 from alight.symbolic.ops import vector
 from alight.symbolic.parameters import rebind
@@ -184,7 +184,7 @@ def block(friction: TipFriction, dt: float) -> ca.Function:
         force = friction.force(z, v, F_M)
         return ca.vertcat(v, (now - force) / MASS, friction.z_dot(z, v, 1.0), 1 / dt)
 
-    following = rk4_step(rates, ca.vertcat(state, 0), dt)[:3]
+    following = dormand_prince_step(rates, ca.vertcat(state, 0), dt)[:3]
     return build("block", {"state": state, "pull": pull}, {"following": following})
 
 
@@ -281,5 +281,5 @@ def test_the_bristle_stays_within_its_deflection_along_any_motion(
     dt, z = friction.response / steps, 0.0
     for v in speeds:
         for _ in range(2 * steps):
-            z = rk4_step(lambda z, v=v: friction.z_dot(z, v, 1.0), z, dt)
+            z = dormand_prince_step(lambda z, v=v: friction.z_dot(z, v, 1.0), z, dt)
             assert abs(z) <= friction.deflection * (1 + beyond)

@@ -7,9 +7,9 @@ MuJoCo's own tip and mass positions, and MuJoCo maps to the joints; what is *not
 that one line, ``K_I max(gap, 0)``.
 
 Two comparisons. Alight's tight integration (adaptive, order 8) is the limit to which MuJoCo must
-converge at its integrator's order when its step is halved. And Alight's fixed step is the same
-Runge-Kutta method as MuJoCo's, so that both must agree at each step size to rounding, errors and
-all, even where the kink of (7) costs the method its order.
+converge at its integrator's order when its step is halved. And Alight's rates, stepped by MuJoCo's
+method, the classical one of Runge and Kutta, must agree with it at each step size to rounding,
+errors and all, even where the kink of (7) costs the method its order.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from scipy.integrate import solve_ivp
 
 from alight.models import LinearSpring, MassSpring, Plant, PlantState
 from alight.simulation.closed_loop import PLANT
-from alight.simulation.integrate import rk4_step
 from alight.symbolic.build import build
+from tests.simulation.classical import classical_step
 from tests.strategies import Links
 
 LINKS = Links(l=(0.35, 0.3), m=(6.0, 2.0), l_c=(0.17, 0.14), inertia=(0.08, 0.02))
@@ -131,7 +131,7 @@ def mujoco_run(case: Case, steps: int) -> np.ndarray:
 
 @functools.cache
 def functions() -> tuple[ca.Function, ca.Function]:
-    """Rates of the plant, and one step of Alight's integrator."""
+    """Rates of the plant, and one step of MuJoCo's method with them."""
     column, tau, dt = ca.SX.sym("column", PLANT.size), ca.SX.sym("tau", 2), ca.SX.sym("dt")
 
     def rates(x: ca.SX) -> ca.SX:
@@ -142,12 +142,12 @@ def functions() -> tuple[ca.Function, ca.Function]:
         build(
             "step",
             {"column": column, "tau": tau, "dt": dt},
-            {"following": rk4_step(rates, column, dt)},
+            {"following": classical_step(rates, column, dt)},
         ),
     )
 
 
-def alight_run(case: Case, steps: int) -> np.ndarray:
+def stepped_alike(case: Case, steps: int) -> np.ndarray:
     step = functions()[1].mapaccum(steps)
     x, states = case.start, []
     for tau in case.torques:
@@ -198,7 +198,7 @@ def test_mujoco_converges_to_alight_with_the_order_of_its_integrator(case, sign)
 @pytest.mark.parametrize("case", [FREE, PRESSED, STRUCK], ids=["free", "contact", "impacts"])
 @pytest.mark.parametrize("steps", [2, 8, 32])
 def test_the_same_step_makes_the_same_error(case, steps):
-    found, expected = alight_run(case, steps), mujoco_run(case, steps)
+    found, expected = stepped_alike(case, steps), mujoco_run(case, steps)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)
     assert np.abs(expected - tight_run(case)[0]).max() > 1e-11  # there is a step error to share
 

@@ -6,7 +6,7 @@ import pytest
 
 import alight
 from alight.errors import UnknownName
-from alight.kernels.compiled import CompilerUnavailable, find_compiler
+from alight.kernels.compilers import CompilerUnavailable, find_compiler
 from tests.cli.command import OWN_ARM
 
 SHORT = ["duration=0.5", "steady_state=0.1"]
@@ -39,7 +39,7 @@ def test_virtual_machine_and_compiled_c_agree_bit_by_bit(name, settings):
 
 
 def test_an_unknown_backend_is_refused_with_the_known_ones():
-    with pytest.raises(UnknownName, match="unknown backend 'gpu'; one of: auto, c, vm"):
+    with pytest.raises(UnknownName, match="unknown backend 'gpu'; one of: auto, c, lanes, vm"):
         alight.simulate(OWN_ARM, backend="gpu")  # type: ignore[arg-type]
 
 

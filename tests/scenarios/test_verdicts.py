@@ -32,10 +32,10 @@ class Kick(Law):
 
 FILTER = ("law.gains.alpha1=5000",)
 """|alpha1 tanh(e_m)| far above alpha2 before the contact: u_f runs out of its domain."""
-PLANT = (f"law.type={__name__}:Kick", "testbed.motors.limit=[1e9, 1e9]")
+PLANT = (f"law.type={__name__}:Kick", "testbed.motors.limit=[1e7, 1e7]")
 """More torque than any arm stands, and motors that give it."""
-LIGHT = ("plant.body.m=1e-9",)
-"""A contact a thousand times faster than the integrator."""
+LIGHT = ("plant.body.m=1e-5",)
+"""A contact ten times faster than the integrator."""
 OVERFLOW = ("testbed.motors.limit=[1e300, 1e300]", "law.gains.k3=[1e200, 1e200]")
 
 ENDINGS = pytest.mark.parametrize(
@@ -44,7 +44,7 @@ ENDINGS = pytest.mark.parametrize(
         (FILTER, Outcome.TRIPPED, {"u_f"}),
         (PLANT, Outcome.DIVERGED, {"q_dot1", "q_dot2"}),
         (LIGHT, Outcome.DIVERGED, {"x_m", "x_m_dot"}),
-        (OVERFLOW, Outcome.NOT_FINITE, {"q1", "q_dot1"}),
+        (OVERFLOW, Outcome.DIVERGED, {"q1", "q_dot1"}),
     ],
     ids=["filter", "plant", "light", "overflow"],
 )

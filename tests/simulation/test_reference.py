@@ -89,6 +89,19 @@ def test_a_run_that_starts_in_contact_first_switches_to_free_motion():
     assert len(gone.switches) == 1
 
 
+def test_a_damped_contact_ceases_to_press_before_the_gap_opens():
+    """Where spring and damper together begin to pull; it begins where the gap vanishes."""
+    contact = KelvinVoigt(K_I=2e4, damping=50.0)
+    loop, end = loop_with(plant=dataclasses.replace(PLANT, contact=contact)), 0.2
+    switches = alight.reference(loop, start_at(-0.01), [end]).switches
+    assert len(switches) >= 2
+    r = alight.reference(loop, start_at(-0.01), np.append(switches, end)).recording
+    gap, gap_dot = r["gap"][:-1], (r["x_r_dot"][:, 0] - r["x_m_dot"])[:-1]
+    assert np.abs(gap[::2]).max() < 1e-12  # [m]
+    assert gap[1::2].min() > 1e-6
+    assert np.abs(contact.K_I * gap + contact.damping * gap_dot)[1::2].max() < 1e-6  # [N]
+
+
 def test_free_motion_switches_nothing():
     assert bounced(np.linspace(0.0, 0.08, 9)).switches.size == 0
 
@@ -313,7 +326,7 @@ def test_quantised_sensors_keep_it_away_from_the_reference():
 @pytest.mark.parametrize(
     ("gap", "compression"), [(-0.05, 0.0), (0.01, 0.02)], ids=["free motion", "contact"]
 )
-def test_the_plant_over_a_sample_converges_with_order_4_to_a_tight_solver(gap, compression):
+def test_the_plant_over_a_sample_converges_with_order_5_to_a_tight_solver(gap, compression):
     """Under one held torque, away from the kink of (7)."""
     slow = dataclasses.replace(IDEAL, sample_rate=100.0)
     x_m = PLANT.body.x_0 + compression
@@ -337,8 +350,8 @@ def test_the_plant_over_a_sample_converges_with_order_4_to_a_tight_solver(gap, c
         assert (PLANT.touch(after).gap > 0) == (gap > 0)
         errors.append(np.abs(closed_loop.PLANT.pack(after._asdict())[:7] - exact).max())
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert orders[-1] == pytest.approx(4.0, abs=0.2)
-    assert (orders > 2.5).all()
+    assert orders[-1] == pytest.approx(5.0, abs=0.3)
+    assert (orders > 3.0).all(), orders
 
 
 def test_a_change_of_gains_changes_the_reference():

@@ -228,7 +228,7 @@ UNLIMITED = Testbed(encoder=Encoder(counts=0.0), motors=Motors(limit=(1e12, 1e12
 
 
 def test_a_plant_that_flies_apart_is_called_diverged():
-    r = ran(Pushing(), 1.0, UNLIMITED)
+    r = run(ClosedLoop(PLANT, UNLIMITED, Pushing(), substeps=1), start(), 1.0, backend="vm")
     assert r.verdict.outcome is Outcome.DIVERGED
     assert r.verdict.signal in {"q_dot1", "q_dot2"}
     assert r.verdict.time == r.t[-1] < 0.1
@@ -237,7 +237,7 @@ def test_a_plant_that_flies_apart_is_called_diverged():
 
 def test_a_plant_that_overflows_is_not_put_down_to_the_law():
     r = ran(PushingHard(), 1.0, UNLIMITED)
-    assert r.verdict.outcome in {Outcome.DIVERGED, Outcome.NOT_FINITE}
+    assert r.verdict.outcome is Outcome.DIVERGED
     assert r.verdict.signal in {"q1", "q2", "q_dot1", "q_dot2", "x_m", "x_m_dot"}
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from alight.errors import ExpressionError
 from alight.symbolic import ops
-from alight.symbolic.derive import evaluated, jacobian, regressor, time_derivative
+from alight.symbolic.derive import evaluated, jacobian, regressor, time_derivative, traced
 from alight.symbolic.parameters import Quantity, lift, parameters, values_of
 from tests.strategies import between, vectors
 
@@ -47,6 +47,23 @@ WAVE = Wave()
 @given(XS)
 def test_the_jacobian_is_the_matrix_of_partial_derivatives(x):
     np.testing.assert_allclose(jacobian(WAVE.height, x), WAVE.height_jacobian(x), rtol=1e-13)
+
+
+@given(XS, between(-3.0, 3.0))
+def test_a_traced_function_runs_its_body_once_and_gives_its_values_everywhere(x, scale):
+    calls = []
+
+    def function(point: Any, factor: Any) -> Any:
+        calls.append(point)
+        return factor * WAVE.height(point)
+
+    once, symbol = traced(function, 2, 1), ca.SX.sym("x", 2)
+    expected = scale * WAVE.height(x)
+    np.testing.assert_allclose(once(x, scale), expected, rtol=1e-14, atol=1e-14)
+    placed = ca.Function("placed", [symbol], [once(symbol, scale)])
+    np.testing.assert_allclose(placed(x).full()[:, 0], expected, rtol=1e-14, atol=1e-14)
+    assert len(calls) == 1
+    assert isinstance(traced(lambda point, _: point[0], 2, 1)(x, scale), float)
 
 
 @given(XS, XS)

@@ -61,6 +61,14 @@ def test_extremes_and_choice_agree(a, b):
         assert np.ndim(function(a, b)) == 0
 
 
+def test_a_choice_that_is_decided_leaves_nothing_of_the_other_branch():
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    assert ops.where(True, x, y) is x and ops.where(np.False_, x, y) is y
+    assert ops.where(1.0 > 2.0, x, 0.0) == 0.0
+    chosen = ops.where(x > 0, x, y)
+    assert {s.name() for s in ca.symvar(chosen)} == {"x", "y"}
+
+
 @given(vectors(4, 5.0), vectors(2, 5.0))
 def test_vectors_and_matrices_agree(entries, other):
     def square(x: Any) -> Any:

@@ -9,9 +9,11 @@ import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
 from alight.errors import AlightError, InvalidParameters
 from alight.models import HuntCrossley, LinearSpring, MassSpring, Plant, TwoLinkArm
+from alight.symbolic import ops
 from alight.symbolic.parameters import (
     is_parameters,
     lift,
@@ -147,6 +149,22 @@ def test_prefixes_nested_sets_and_vectors_show_in_the_paths():
         "testbed.motors.artificial_limit1",
     ):
         assert path in paths
+
+
+@given(plants(), st.data())
+def test_what_is_left_out_keeps_its_numbers_and_the_rest_its_order(plant, data):
+    fields = [path for path, _, _ in numeric_fields(plant)]
+    left_out = data.draw(st.sets(st.sampled_from(fields)))
+    lifted = lift(plant, but=left_out)
+    assert len(lifted.paths) == lifted.symbols.numel() == len(values_of(plant, but=left_out))
+    for path in fields:
+        if path in left_out:
+            assert field_at(lifted.obj, path) == field_at(plant, path)
+        else:
+            assert ca.symvar(ca.SX(ops.as_vector(field_at(lifted.obj, path))))
+    kept = [np.atleast_1d(v) for path, v, _ in numeric_fields(plant) if path not in left_out]
+    expected = np.concatenate([np.zeros(0), *kept])
+    np.testing.assert_array_equal(values_of(plant, but=left_out), expected)
 
 
 def test_what_shapes_the_graph_is_not_lifted():

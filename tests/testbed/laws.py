@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from alight.control import Law, Measurement, PlainLaw, Tick
-from alight.kernels.compiled import CompilerUnavailable, find_compiler
+from alight.kernels.compilers import CompilerUnavailable, find_compiler
 from alight.kernels.select import Backend
 from alight.models import LinearSpring, MassSpring, Plant, TwoLinkArm
 from alight.simulation.closed_loop import ClosedLoop, InitialState

@@ -71,11 +71,11 @@ def test_along_a_violent_strike_friction_stays_in_its_cone_and_the_bristle_in_it
 
 @STRIKES
 def test_the_coarsest_step_that_is_allowed_does_not_lose_the_bristle(name, settings):
-    """It may step past its deflection, by a quarter at most; the force knows its cone."""
+    """It may step past its deflection, by a half at most; the force knows its cone."""
     recording, friction = struck(name, {**settings, **COARSEST})
     assert outruns_the_bristle(recording, friction)
     assert (np.abs(recording["F_t"]) <= friction.mu * recording["F_m"]).all()
-    assert recording.peak("z") <= 1.25 * friction.deflection
+    assert recording.peak("z") <= 1.5 * friction.deflection
 
 
 # What no step could follow is refused

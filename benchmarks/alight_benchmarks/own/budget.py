@@ -16,7 +16,7 @@ TIMES_AHEAD = {
     "scipy": ("SciPy LSODA, C", 100),
     "numba": ("Numba", 200),
     "drake": ("Drake, one system in C", 280),
-    "mujoco": ("MuJoCo RK4, law in C", 390),
+    "mujoco": ("MuJoCo Euler, law in C", 390),
     "numpy": ("NumPy", 9000),
 }
 """How many times as long as a run in a batch of Alight each peer was expected to take."""
@@ -80,7 +80,7 @@ def _largest(section: Results) -> list[Results]:
 
 def _accuracy(section: Results) -> Iterator[Line]:
     for name in dict.fromkeys(row["scenario"] for row in section["rows"]):
-        of = [row for row in section["rows"] if row["scenario"] == name and row["default"]]
+        of = [row for row in section["rows"] if row["scenario"] == name and row["usual"]]
         own, plain = (next(r["error"] for r in of if r["located"] is how) for how in (True, False))
         known = [c for c in own if own[c] is not None and plain[c] is not None]
         worst = max(own[channel] / plain[channel] for channel in known)
@@ -104,7 +104,7 @@ def _costs(section: Results) -> Iterator[Line]:
 
 def _ahead(peers: Results, batch: Results) -> Iterator[Line]:
     own = next(r for r in _largest(batch) if r["scenario"] != FULL)["ratio"]["median"]
-    by_name = {row["name"]: row for row in peers["rows"] if "ratio" in row}
+    by_name = {row["name"]: row for row in peers["rows"] if row.get("same")}
     for name, limit in TIMES_AHEAD.values():
         if name in by_name:
             times = by_name[name]["ratio"]["median"] / own

@@ -29,7 +29,7 @@ def measure(bench: Bench) -> dict[str, Any]:
         try:
             told = told_by(code, CC=shlex.join(compiler.command))
         except subprocess.CalledProcessError:  # a broken compiler must not take the others with it
-            told = {"rows": []}
+            told = {"rows": [{"failed": True}]}
         rows += [{"compiler": name, **row} for row in told["rows"]]
     return {"rows": rows, "runs": RUNS}
 

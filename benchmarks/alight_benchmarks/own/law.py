@@ -29,11 +29,9 @@ def measure(bench: Bench) -> dict[str, Any]:
     for name, work in ways.items():
         bench.report(len(rows) / len(ways), f"law by {name}")
         found = compared(work, floor, bench.pace)
-        tick = {key: found["seconds"][key] / work.amount for key in ("median", "low", "high")}
-        rows.append({"way": name, "ratio": found["ratio"], "tick": tick})
-    floors = compared(floor, floor, bench.pace)["seconds"]
-    tick = {key: floors[key] / n for key in ("median", "low", "high")}
-    return {"rows": rows, "floor": tick, "trip": c.trip + vm.trip}
+        tick, in_c = found["seconds"]["median"] / work.amount, found["base"]["median"] / n
+        rows.append({"way": name, "ratio": found["ratio"], "tick": tick, "in_c": in_c})
+    return {"rows": rows, "trip": c.trip + vm.trip}
 
 
 def _at_work(controller: alight.Controller) -> alight.Controller:

@@ -6,6 +6,7 @@ import contextlib
 import datetime
 import os
 import platform
+import subprocess
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
@@ -92,7 +93,7 @@ def description() -> dict[str, Any]:
     """Processor, system, compiler and versions, as plain data."""
     from alight.kernels.compilers import find_compiler
     from alight.kernels.lanes.kernel import FLAGS as LANE_FLAGS
-    from alight_benchmarks.generated import FLAGS
+    from alight_benchmarks.generated import FLAGS, compiler
     from alight_benchmarks.own.peak import lanes
 
     return {
@@ -103,6 +104,7 @@ def description() -> dict[str, Any]:
         "pinned": CAN_PIN,
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
+        "plain_compiler": _version(compiler()),
         "compiler": find_compiler().version.splitlines()[0],
         "flags": " ".join(flag for flag in FLAGS if flag not in ("-fPIC", "-shared", "-w")),
         "lane_flags": " ".join(flag for flag in LANE_FLAGS if flag != "-fvisibility=hidden"),
@@ -119,6 +121,12 @@ def versions(packages: list[str]) -> dict[str, str | None]:
         except metadata.PackageNotFoundError:
             found[package] = None
     return found
+
+
+def _version(program: str) -> str:
+    command = [program, "--version"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, errors="replace", check=True)
+    return done.stdout.splitlines()[0]
 
 
 def _processor() -> str:

@@ -18,6 +18,8 @@ from alight_benchmarks.peers.plain_c import REFERENCE
 
 SHOWN = 0.3
 """Length of the part over which errors are shown [s]: it holds the impacts."""
+STRADDLING = 1e-4
+"""More than what four plain steps lose in that time to those that straddle a switch [rad, m]."""
 
 
 def measure(bench: Bench) -> dict[str, Any]:
@@ -26,7 +28,7 @@ def measure(bench: Bench) -> dict[str, Any]:
     rows = []
     for i, peer in enumerate(chosen):
         bench.report(i / len(chosen), peer.name)
-        rows.append({**_described(peer), **_measured(bench, peer)})
+        rows.append({"place": i, **_described(peer), **measured(bench, peer)})
     rows.sort(key=lambda row: (row["batch"] > 1, row.get("ratio", {}).get("median", np.inf)))
     return {"rows": rows, "shown": SHOWN}
 
@@ -42,7 +44,8 @@ def _described(peer: Peer) -> dict[str, Any]:
     }
 
 
-def _measured(bench: Bench, peer: Peer) -> dict[str, Any]:
+def measured(bench: Bench, peer: Peer) -> dict[str, Any]:
+    """Ratio and error of a peer, or why there are none."""
     if peer.version is None:
         return {"missing": f"pip install {peer.package}"}
     problem = Problem.load(_duration(bench, peer))
@@ -54,7 +57,10 @@ def _measured(bench: Bench, peer: Peer) -> dict[str, Any]:
         raise
     except Exception as error:  # a peer that fails must not take the others with it
         return {"failed": " ".join(f"{type(error).__name__}: {error}".split())[:200]}
-    return {**figures, "error": _error(peer, run.latest, problem)}
+    error = _error(peer, run.latest, problem)
+    known = [value for value in error.values() if value is not None]
+    same = len(known) == len(error) and max(known) < peer.tolerance + STRADDLING
+    return {**figures, "error": error, "same": same}
 
 
 def _duration(bench: Bench, peer: Peer) -> float:

@@ -1,8 +1,9 @@
-"""The scenarios that Alight itself runs."""
+"""The scenarios that Alight itself runs; each is read once, so that all rows have one plant."""
 
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,13 @@ FULL = "experiment-1"
 """Scenario with sensors, quantisation, noise and friction."""
 
 
+@cache
 def ideal(duration: float = 10.0, substeps: int | None = None) -> Scenario:
     """The problem of the peers with as few steps as Alight takes of itself."""
     return _with(problem_scenario(duration), substeps=substeps)
 
 
+@cache
 def full(duration: float = 10.0, substeps: int | None = None) -> Scenario:
     """The first experiment as it ships."""
     settings = {"duration": duration, "steady_state": min(2.0, duration)}

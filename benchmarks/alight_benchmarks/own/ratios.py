@@ -36,7 +36,7 @@ class Pace:
     """Length of the runs whose error is shown [s]."""
 
 
-FULL = Pace(3.0, 3, 15, 1.0, 0.1, 1000, 200_000, 1.0)
+FULL = Pace(2.5, 3, 15, 1.0, 0.1, 1000, 200_000, 1.0)
 QUICK = Pace(0.3, 1, 3, 0.1, 0.02, 64, 20_000, 0.1)
 
 
@@ -94,11 +94,12 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 
 
 def compared(work: Work, base: Work, pace: Pace) -> dict[str, dict[str, float]]:
-    """Ratio of two works by turns, and the time that one call of the first takes [s]."""
+    """Ratio of two works by turns, and the time that one call of each takes [s]."""
     samples, bases = _by_turns(work, base, pace)
     return {
         "ratio": spread(ratios(samples, bases, work.amount, base.amount)),
         "seconds": spread(samples),
+        "base": spread(bases),
     }
 
 

@@ -15,6 +15,7 @@ class BackendName(StrEnum):
     auto = "auto"
     vm = "vm"
     c = "c"
+    lanes = "lanes"
 
 
 ScenarioName = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -34,17 +35,21 @@ def call_on(
 class Direct:
     """A function on arrays of fixed size, called through buffers: microseconds, not tens of them.
 
-    Each call returns fresh arrays, one for each output, flattened column by column.
+    Each call returns fresh arrays, one for each output, flattened column by column. Threads take
+    turns.
     """
 
     def __init__(self, function: ca.Function) -> None:
         self._inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
         self._evaluate = call_on(function, self._inputs, self._outputs)
+        # Two threads that evaluated it at once would read one another's arrays.
+        self._one_at_a_time = threading.Lock()
 
     def __call__(self, *args: Any) -> list[np.ndarray]:
         """Evaluate at one value for each input."""
-        for array, value in zip(self._inputs, args, strict=True):
-            array[:] = value
-        self._evaluate()
-        return [array.copy() for array in self._outputs]
+        with self._one_at_a_time:
+            for array, value in zip(self._inputs, args, strict=True):
+                array[:] = value
+            self._evaluate()
+            return [array.copy() for array in self._outputs]

@@ -24,8 +24,8 @@ class Program:
     usual: ca.Function
     """``(x, w, p) -> (x_next, y, given, calls)``: the tick, unless ``calls`` is not zero."""
     seldom: ca.Function
-    """``(head, given, p) -> head_next``: called for a tick where ``calls`` is not zero, it gives
-    the first entries of ``x_next`` from those of ``x``."""
+    """``(head, given, p) -> (head_next, trip)``: called for a tick where ``calls`` is not zero, it
+    gives the first entries of ``x_next`` from those of ``x``, and a trip code if that fails."""
     repeats: int
     """How often `seldom` is called for such a tick, each time on what it gave before."""
     recorded: Layout
@@ -59,11 +59,14 @@ class Program:
         x, w, kept = (ca.MX.sym(self.hot.name_in(i), self.hot.size1_in(i)) for i in range(3))
         x_next, y, given, calls = self.hot(x, w, kept)
         count = self.seldom.size1_out(0)
-        head = x[:count]
+        head, trip = x[:count], ca.MX(0.0)
         for _ in range(self.repeats):
-            head = self.seldom(head, given, kept[: self.seldom.size1_in(2)])
-        head = ca.if_else(calls, head, x_next[:count], True)
-        x_next = ca.vertcat(head, x_next[count:])
+            head, lost = self.seldom(head, given, kept[: self.seldom.size1_in(2)])
+            trip = ca.fmax(trip, lost)
+        plain = ca.vertcat(x_next[:count], 0)
+        made = ca.if_else(calls, ca.vertcat(head, trip), plain, True)
+        x_next = ca.vertcat(made[:count], x_next[count:])
+        y = ca.vertcat(y[:-1, 0], ca.if_else(y[-1] > 0, y[-1], made[count]))
         return ca.Function("tick", [x, w, kept], [x_next, y], ["x", "w", "kept"], ["x_next", "y"])
 
 
@@ -117,6 +120,8 @@ class GroupRunner(Protocol):
     name: str
     width: int
     """Runs in a group."""
+    parallel: bool
+    """Whether threads may run groups at the same time."""
 
     def group(self, x: np.ndarray, p: np.ndarray, memory: np.ndarray) -> Group:
         """Lay out at most ``width`` runs before their first tick, one column each."""

@@ -13,7 +13,7 @@ from alight.errors import UnknownName
 from alight.kernels.compiled import FLAGS, c_of
 from alight.kernels.compilers import CompilerUnavailable
 from alight.kernels.direct import call_on
-from alight.kernels.select import BACKENDS, Backend
+from alight.kernels.select import COMMON, Backend
 from alight.kernels.toolchain import library_of, load, tell_once
 
 
@@ -36,8 +36,8 @@ class Stepper:
     """
 
     def __init__(self, function: ca.Function, backend: Backend = "auto") -> None:
-        if backend not in BACKENDS:
-            raise UnknownName("backend", backend, BACKENDS)
+        if backend not in COMMON:
+            raise UnknownName("backend", backend, COMMON)
         sizes = [*(function.numel_in(i) for i in range(3)), function.numel_out(1)]
         self.block = np.zeros(sum(sizes))
         self.u, self.x, self.p, self.y = np.split(self.block, np.cumsum(sizes)[:-1])

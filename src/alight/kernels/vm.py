@@ -39,11 +39,12 @@ class VirtualMachine:
             ticks = int(called[0]) + 1 if len(called) else len(part)
             block = y[:ticks]
             ran = stop_index(block)
-            rows.append(block[:ran])
             before = states[ran - 2] if ran > 1 else x
             x = states[ran - 1]
             if ran == ticks and len(called):
-                x[: self._head] = self._located(before[: self._head], given[ran - 1], p)
+                x[: self._head], trip = self._located(before[: self._head], given[ran - 1], p)
+                block[-1, -1] = block[-1, -1] or trip
+            rows.append(block[:ran])
             done, calm = done + ran, 0 if len(called) else calm + ran
             if ran < ticks or block[ran - 1, -1] or not np.isfinite(block[ran - 1]).all():
                 break
@@ -53,7 +54,11 @@ class VirtualMachine:
         """Outputs of a block, one row for each tick."""
         return [output.reshape(size, -1) for output in self._blocks[size](*args)]
 
-    def _located(self, head: np.ndarray, given: np.ndarray, p: np.ndarray) -> np.ndarray:
+    def _located(
+        self, head: np.ndarray, given: np.ndarray, p: np.ndarray
+    ) -> tuple[np.ndarray, float]:
+        trip = 0.0
         for _ in range(self._repeats):
-            head = self._seldom(head, given, p)[0]
-        return head
+            head, lost = self._seldom(head, given, p)
+            trip = max(trip, float(lost[0]))
+        return head, trip

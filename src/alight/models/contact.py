@@ -62,8 +62,8 @@ class LinearSpring(ContactLaw):
         return self.K_I * gap
 
     def guard(self, gap: Scalar, gap_dot: Scalar) -> Scalar:
-        """The gap."""
-        return gap
+        """The same [N]."""
+        return self.pressing(gap, gap_dot)
 
     def energy(self, gap: Scalar) -> Scalar:
         """Elastic energy stored in the contact [J]."""
@@ -116,12 +116,12 @@ class HuntCrossley(ContactLaw):
         return elastic * (1 + self.dissipation * gap_dot)
 
     def guard(self, gap: Scalar, gap_dot: Scalar) -> Scalar:
-        """The gap times the damping factor [m], below zero where both of them are.
+        """``K_I gap (1 + dissipation gap_dot)``, below zero also where both factors are.
 
         It is smooth wherever one of them vanishes.
         """
-        factor = 1 + self.dissipation * gap_dot
-        return minimum(gap * factor, gap * fabs(factor))
+        elastic, factor = self.K_I * gap, 1 + self.dissipation * gap_dot
+        return minimum(elastic * factor, elastic * fabs(factor))
 
     def energy(self, gap: Scalar) -> Scalar:
         """Elastic energy stored in the contact [J]."""

@@ -48,9 +48,10 @@ def simulate(
         Seed of the sensor noise instead of the scenario's.
     channels : tuple of str, optional
         Signals to record; all of them if absent.
-    backend : {"auto", "vm", "c"}
+    backend : {"auto", "vm", "c", "lanes"}
         CasADi's virtual machine or compiled C, which give the same bits; ``auto`` compiles when
-        that costs less than the work that is left, and keeps the program for later.
+        that costs less than the work that is left, and keeps the program for later. ``lanes`` is
+        the arithmetic of `simulate_batch` for one run: faster, and equal to rounding.
     progress : callable, optional
         Called now and then with the share that is done.
     throw : bool

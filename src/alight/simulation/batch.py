@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from alight.kernels import CompilerUnavailable
 from alight.kernels.lanes.kernel import Lanes, recorded_in
 from alight.kernels.lanes.serial import Serial
 from alight.kernels.program import Group, GroupRunner, Program
-from alight.kernels.select import BACKENDS, Backend
+from alight.kernels.select import COMMON, Backend
 from alight.kernels.toolchain import tell_once
 from alight.simulation.closed_loop import (
     PLANT,
@@ -33,6 +33,8 @@ from alight.symbolic.signals import Layout
 
 BLOCK = 4096
 """Ticks between two draws of noise."""
+PART = 8192
+"""Runs whose parameters and states are laid out at once: a multiple of each of `WIDTHS`."""
 WIDTHS = (1, 2, 4, 8)
 """How many runs may go side by side."""
 
@@ -52,6 +54,11 @@ class Runs:
 
     def __len__(self) -> int:
         return self.start.shape[1]
+
+    def part(self, some: slice) -> Runs:
+        """Some of the runs."""
+        parameters = {path: values[..., some] for path, values in self.parameters.items()}
+        return Runs(self.start[:, some], parameters, self.travel[some], self.seeds[some])
 
 
 @dataclass(frozen=True)
@@ -100,28 +107,36 @@ def run_batch(
     loop: ClosedLoop, runs: Runs, request: Request, progress: Progress | None = None
 ) -> Outcomes:
     """Run a closed loop many times; ``progress`` is told the share of the runs that is done."""
+    _refuse_too_large(len(runs), request.samples * check_channels(loop, request.channels).size)
     zeros = loop.zeros().difference(runs.parameters)
     made = _prepared(loop, zeros, request)
-    _refuse_too_large(len(runs), request.samples * made.recorded.size)
-    p, rows = _parameters(loop, zeros, runs), loop.parameter_rows(zeros)
-    x = np.asarray(made.initial(runs.start, p))
-    first = steady_first(request.ticks, loop.dt, request.steady_state)
-    p = np.vstack([p, np.full(len(runs), float(first)), runs.travel])
-    found = _Found.of(len(runs), len(x), len(made.gathering.start), request, made.recorded)
-    quiet = NOISE not in rows or not p[rows[NOISE]].any()
+    first, width = steady_first(request.ticks, loop.dt, request.steady_state), made.runner.width
+    sizes = made.initial.numel_out(0), len(made.gathering.start)
+    found = _Found.of(len(runs), *sizes, request, made.recorded)
+    quiet = not np.any(runs.parameters.get(NOISE, loop.testbed.transducer.noise))
 
-    def work(begin: int) -> int:
-        some = slice(begin, min(begin + made.runner.width, len(runs)))
-        group = made.runner.group(x[:, some], p[:, some], made.gathering.start)
-        noise = _Noise(runs.seeds[some], made.runner.width, quiet)
+    def groups(begin: int) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+        part = runs.part(slice(begin, begin + PART))
+        p = _parameters(loop, zeros, part)
+        x = np.asarray(made.initial(part.start, p))
+        p = np.vstack([p, np.full(len(part), float(first)), part.travel])
+        for at in range(0, len(part), width):
+            own = slice(at, min(at + width, len(part)))
+            yield slice(begin + own.start, begin + own.stop), x[:, own], p[:, own]
+
+    def work(given: tuple[slice, np.ndarray, np.ndarray]) -> int:
+        some, x, p = given
+        group = made.runner.group(x, p, made.gathering.start)
+        noise = _Noise(runs.seeds[some], width, quiet)
         found.take(some, group, _advance(made.runner, group, noise, request), request)
         return some.stop
 
-    begins = range(0, len(runs), made.runner.width)
-    with ThreadPoolExecutor(request.threads or os.cpu_count() or 1) as pool:
-        for done, _ in enumerate(pool.map(work, begins), 1):
-            if progress is not None:
-                progress(done / len(begins))
+    threads = (request.threads or os.cpu_count() or 1) if made.runner.parallel else 1
+    with ThreadPoolExecutor(threads) as pool:
+        for begin in range(0, len(runs), PART):
+            for done in pool.map(work, groups(begin)):
+                if progress is not None:
+                    progress(done / len(runs))
     length = Length(loop.dt, found.ticks, np.maximum(found.ticks - first, 0))
     metrics = made.gathering.results(found.memory, length)
     plant = found.x[: PLANT.size].T
@@ -148,8 +163,8 @@ _made: OrderedDict[Hashable, _Made] = OrderedDict()
 
 def _prepared(loop: ClosedLoop, zeros: frozenset[str], request: Request) -> _Made:
     """Make a program once for loops that differ in numbers only."""
-    if request.backend not in BACKENDS:
-        raise UnknownName("backend", request.backend, BACKENDS)
+    if request.backend not in COMMON:
+        raise UnknownName("backend", request.backend, COMMON)
     sets = tuple(structure_of(part) for part in loop.parameters().values())
     names = tuple(metric.name for metric in request.metrics)
     key = (sets, zeros, loop.substeps, names, request.channels, request.backend, request.width)
@@ -180,7 +195,7 @@ def _runner(
     try:
         return Lanes(program, fold, entries, request.width)
     except CompilerUnavailable as error:
-        if request.backend == "c":
+        if request.backend != "auto":
             raise
         tell_once(f"a batch runs in CasADi's virtual machine, a thousand times slower: {error}")
         return Serial(program, fold, entries)

@@ -320,7 +320,8 @@ def _located(symbolic: ClosedLoop, p: ca.SX) -> ca.Function:
     plant, tau = ca.SX.sym("plant", PLANT.size), ca.SX.sym("tau", 2)
     after = split_step(symbolic, PlantState(**PLANT.unpack(plant)), tau)
     following = PLANT.pack(after._asdict())
-    return build("located", {"plant": plant, "tau": tau, "p": p}, {"plant_next": following})
+    outputs = {"plant_next": following, "trip": _diverged(following)}
+    return build("located", {"plant": plant, "tau": tau, "p": p}, outputs)
 
 
 def initial_program(loop: ClosedLoop, start: InitialState, absent: Container[str]) -> ca.Function:

@@ -27,8 +27,8 @@ from alight.symbolic.signals import Layout, Signal
 
 FILTER_MARGIN = 1e-9
 """Distance of ``u_f`` from 1 at which a reference run ends."""
-SWITCH_MARGIN = 1e-14
-"""Gap at which a phase of contact or of free motion begins [m]."""
+SWITCH_MARGIN = 1e-10
+"""Force by which the guard of the contact must pass zero [N]: more than rounding."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Reference:
 
     recording: Recording
     switches: np.ndarray
-    """Times at which contact began or ended [s]."""
+    """Times at which the contact began or ceased to press [s]."""
 
 
 def reference(
@@ -51,8 +51,8 @@ def reference(
 ) -> Reference:
     """Integrate the closed loop in continuous time, with perfect sensors.
 
-    The integration stops and starts afresh at each instant at which contact begins or ends, so
-    that no step straddles the kink of (7).
+    The integration stops and starts afresh at each instant at which the contact begins or ceases
+    to press, and holds it so in between: no step straddles the kink of (7).
 
     Parameters
     ----------
@@ -103,13 +103,17 @@ def _checked(times: Any) -> np.ndarray:
 def _functions(
     loop: ClosedLoop, law: ContactTransitionLaw
 ) -> tuple[ca.Function, ca.Function, Layout]:
-    column = ca.SX.sym("x", state_size(law))
-    moving, signals = continuous_rates(loop.plant, law, column, loop.testbed.motors)
+    column, pressing = ca.SX.sym("x", state_size(law)), ca.SX.sym("pressing")
+    moving, signals = continuous_rates(loop.plant, law, column, loop.testbed.motors, pressing)
     s, memory = split_state(law, column)
     values = {**plant_signals(loop, s, signals["tau_applied"]), **memory, **signals}
     known = {**PLANT_SIGNALS, **law.signals, **law.states, "tau": Signal("N m", "torque", 2)}
     layout = Layout({name: known[name] for name in known if name in values})
-    rates = build("rates", {"x": column}, {"x_dot": moving, "gap": values["gap"]})
+    rates = build(
+        "rates",
+        {"x": column, "pressing": pressing},
+        {"x_dot": moving, "guard": loop.plant.touch(s).guard},
+    )
     return rates, build("observe", {"x": column}, {"y": layout.pack(values)}), layout
 
 
@@ -123,26 +127,25 @@ class _Switching:
 
     def __init__(self, rates: ca.Function, names: tuple[str, ...], options: dict[str, Any]) -> None:
         self._rates, self._names, self._options = Direct(rates), names, options
-        self._x_m, self._u_f = names.index("x_m"), names.index("u_f")
+        self._u_f = names.index("u_f")
         self.switches: list[float] = []
 
-    def _x_dot(self, _: float, x: np.ndarray) -> np.ndarray:
-        return self._rates(x)[0]
+    def _guard(self, x: np.ndarray) -> float:
+        return float(self._rates(x, 0.0)[1][0])
 
-    def _gap(self, _: float, x: np.ndarray) -> float:
-        return float(self._rates(x)[1][0])
+    def _events(self, pressing: bool) -> list[Any]:
+        # a phase begins beyond the surface, so that the way back is seen however short it is
+        late = SWITCH_MARGIN if pressing else -SWITCH_MARGIN
 
-    def _events(self, touching: bool) -> list[Any]:
-        def gap(t: float, x: np.ndarray) -> float:
-            return self._gap(t, x)
+        def guard(_: float, x: np.ndarray) -> float:
+            return self._guard(x) + late
 
         def margin(_: float, x: np.ndarray) -> float:
             return float(1 - FILTER_MARGIN - abs(x[self._u_f]))
 
-        # a restart lies on the surface to rounding: only the way back across it is an event
-        gap.direction = -1 if touching else 1  # type: ignore[attr-defined]
-        gap.terminal = margin.terminal = True  # type: ignore[attr-defined]
-        return [gap, margin]
+        guard.direction = -1 if pressing else 1  # type: ignore[attr-defined]
+        guard.terminal = margin.terminal = True  # type: ignore[attr-defined]
+        return [guard, margin]
 
     def solve(self, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, Verdict]:
         """States at the given times, one column each, and how the run ended."""
@@ -150,17 +153,17 @@ class _Switching:
 
         columns: list[np.ndarray] = []
         t, end = 0.0, float(times[-1])
-        touching = self._gap(t, x) >= 0
+        pressing = self._guard(x) >= 0
         while True:
             inside = times[(times > t) | ((times >= t) & (not columns))]
             # a trial step may leave the domain of u_f and overflow; it is then made shorter
             with np.errstate(over="ignore", invalid="ignore"):
                 part = solve_ivp(
-                    self._x_dot,
+                    lambda _, at, pressing=pressing: self._rates(at, pressing)[0],
                     (t, end),
                     x,
                     t_eval=inside,
-                    events=self._events(touching),
+                    events=self._events(pressing),
                     **self._options,
                 )
             columns.append(np.reshape(part.y, (len(x), len(part.t))))
@@ -175,13 +178,6 @@ class _Switching:
             if part.t_events[1].size:
                 last, cause = float(part.t_events[1][0]), ContactTransitionLaw.trips[FILTER_TRIP]
                 return np.hstack(columns), Verdict(Outcome.TRIPPED, last, "u_f", cause)
-            touching = not touching
-            t, x = float(part.t_events[0][0]), self._beyond(part.y_events[0][0], touching)
+            pressing = not pressing
+            t, x = float(part.t_events[0][0]), part.y_events[0][0]
             self.switches.append(t)
-
-    def _beyond(self, x: np.ndarray, touching: bool) -> np.ndarray:
-        """Move a state off the surface of contact, into the phase that begins there."""
-        # on the wrong side by rounding, the first rates of the phase would be those of the other
-        moved = x.copy()
-        moved[self._x_m] += self._gap(0.0, x) - (SWITCH_MARGIN if touching else -SWITCH_MARGIN)
-        return moved

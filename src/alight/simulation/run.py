@@ -63,7 +63,7 @@ def run(
         Seed of the sensor noise; the same seed gives the same run on every backend.
     channels : tuple of str, optional
         Signals to record; all of them if absent.
-    backend : {"auto", "vm", "c"}
+    backend : {"auto", "vm", "c", "lanes"}
         See `alight.kernels.runner`; a law in plain Python does not use it.
     progress : callable, optional
         Called now and then with the share that is done.

@@ -50,7 +50,7 @@ typedef struct {
 
 ALIGHT_EXPORT void alight_batch(const Batch *b) {
   static const int recorded[NR + 1] = RECORDED;
-  V x[NX], x_next[NX], y[NY], given[NG], head[NH], calls[1], memory[NM + 1], memory_next[NM + 1];
+  V x[NX], x_next[NX], y[NY], given[NG], head[NH], lost[1], calls[1], memory[NM + 1], memory_next[NM + 1];
   V usual_kept[NK_USUAL + 1], seldom_kept[NK_SELDOM + 1];
   const unsigned long before = fast_subnormals();
   M alive = m_from_value(v_load(b->alive));
@@ -71,7 +71,9 @@ ALIGHT_EXPORT void alight_batch(const Batch *b) {
       for (int step = 0; step < REPEATS; ++step) {
         V before_step[NH];
         for (int i = 0; i < NH; ++i) before_step[i] = head[i];
-        seldom(before_step, given, b->p, seldom_kept, head);
+        seldom(before_step, given, b->p, seldom_kept, head, lost);
+        const M failed = m_and(switched, m_not(m_from_value(y[NY - 1])));
+        y[NY - 1] = v_select(failed, lost[0], y[NY - 1]);
       }
       for (int i = 0; i < NH; ++i) x_next[i] = v_select(switched, head[i], x_next[i]);
     }

@@ -57,6 +57,7 @@ class Lanes:
     """
 
     name = "c"
+    parallel = True
 
     def __init__(
         self,

@@ -16,6 +16,8 @@ class Serial:
 
     name = "vm"
     width = 1
+    parallel = False
+    """CasADi, called by several threads at once, gives wrong numbers without a word."""
 
     def __init__(self, program: Program, fold: ca.Function, recorded: Sequence[int] = ()) -> None:
         self._machine = VirtualMachine(program)

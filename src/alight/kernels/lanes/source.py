@@ -35,7 +35,7 @@ def source_of(program: Program, fold: ca.Function, recorded: Sequence[int]) -> s
     outputs = ("x_next", "y", "given", "calls", "memory_next")
     parts = [
         _function("usual", usual, {0: "x", 1: "w", 3: "memory", 4: "k"}, outputs, "V_INLINE"),
-        _function("seldom", seldom, {0: "x", 1: "given"}, ("head",), SELDOM),
+        _function("seldom", seldom, {0: "x", 1: "given"}, ("head", "lost"), SELDOM),
     ]
     sizes = {
         "NX": usual.numel_out(0),
