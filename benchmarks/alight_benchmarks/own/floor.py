@@ -69,7 +69,7 @@ def usual_graph(loop: Any) -> Graph:
     """The graph of the tick of a batch with all metrics, as it is written in C."""
     gathering = Gathering(chosen(None, loop.signals))
     program = tick_program(loop, gathering.needs, loop.zeros())
-    function = source._with_metrics(program.usual, gathering.fold(program.recorded))
+    function = source.with_metrics(program.usual, gathering.fold(program.recorded))
     return simplified(graph_of(function), source.PARAMETERS)
 
 

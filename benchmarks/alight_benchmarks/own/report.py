@@ -128,7 +128,7 @@ def _peers(section: Results) -> Iterator[Table]:
 
 
 def _runs(section: Results) -> Iterator[Table]:
-    names = {"c": "compiled", "vm": "virtual machine"}
+    names = {"c": "compiled", "lanes": "compiled, one lane", "vm": "virtual machine"}
     rows = [
         (
             row["scenario"],

@@ -25,9 +25,13 @@ def measure(bench: Bench) -> dict[str, Any]:
     cases = (
         (loop, FEW, "c", bench.reference, "R"),
         (loop, None, "c", bench.reference, "R"),
+        (loop, FEW, "lanes", bench.reference, "R"),
+        (loop, None, "lanes", bench.reference, "R"),
         (loop, FEW, "vm", bench.reference, "R"),
         (everything, FEW, "c", plain_few, "R'"),
         (everything, None, "c", plain_all, "R'"),
+        (everything, FEW, "lanes", plain_few, "R'"),
+        (everything, None, "lanes", plain_all, "R'"),
         (everything, FEW, "vm", plain_few, "R'"),
     )
     for scenario, channels, backend, base, unit in cases:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import platform
 from collections.abc import Sequence
 
 import casadi as ca
@@ -19,8 +20,12 @@ FLAGS = (
     "-ffp-contract=fast",
     "-fno-math-errno",
     "-fno-trapping-math",
+    *(("-mtune=haswell",) if platform.machine() in ("x86_64", "AMD64") else ()),
 )
-"""What lets lanes be as wide as the processor's, and a product and a sum be one operation."""
+"""What lets lanes be as wide as the processor's, and a product and a sum be one operation.
+
+For a processor that is newer than the compiler, ``native`` would tune for the oldest of its kind.
+"""
 ALIGNMENT = 64
 
 

@@ -15,7 +15,7 @@ from alight.symbolic.build import build
 HEADERS = ("vector.h", "vector_math.h", "tick_math.h")
 PARAMETERS = 2
 """Input of a tick that stays the same for a run."""
-SELDOM = "static __attribute__((noinline, cold))"
+SELDOM = "static __attribute__((noinline))"
 EXPORT = '#define ALIGHT_EXPORT __attribute__((visibility("default")))'
 
 
@@ -31,7 +31,7 @@ def source_of(program: Program, fold: ca.Function, recorded: Sequence[int]) -> s
     recorded : sequence of int
         Entries of the signals that a row records.
     """
-    usual, seldom = _with_metrics(program.usual, fold), program.seldom
+    usual, seldom = with_metrics(program.usual, fold), program.seldom
     outputs = ("x_next", "y", "given", "calls", "memory_next")
     parts = [
         _function("usual", usual, {0: "x", 1: "w", 3: "memory", 4: "k"}, outputs, "V_INLINE"),
@@ -56,7 +56,7 @@ def source_of(program: Program, fold: ca.Function, recorded: Sequence[int]) -> s
     return "\n".join([*head, EXPORT, *defines, *parts, tail])
 
 
-def _with_metrics(usual: ca.Function, fold: ca.Function) -> ca.Function:
+def with_metrics(usual: ca.Function, fold: ca.Function) -> ca.Function:
     """The usual tick and the fold as one function, whose parameters hold the metrics' settings."""
     x, w, p = (ca.SX.sym(usual.name_in(i), usual.size1_in(i)) for i in range(3))
     memory, k = ca.SX.sym("memory", fold.size1_in(0)), ca.SX.sym("k")
