@@ -32,5 +32,6 @@ def convergence(section: Mapping[str, Any]) -> Figure:
         axes.minorticks_off()
         axes.set(title=f"Error of the {label}", xlabel="steps in a sample")
         axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
+    lines, labels = axes.get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside lower center", ncols=len(labels), fontsize="small")
     return figure
