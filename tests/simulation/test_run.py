@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import alight
 from alight.control import Law, Measurement, PlainLaw, Tick
 from alight.errors import AlightError, UnknownName
 from alight.models import PlantState
@@ -272,3 +273,26 @@ def test_the_stable_gains_bring_the_mass_to_the_set_point_where_the_printed_ones
 def test_a_recording_that_no_machine_holds_is_refused(duration):
     with pytest.raises(AlightError, match="shorter duration"):
         ran(Counting(), duration)
+
+
+@pytest.mark.parametrize("every", [1, 7, 2048, 5000])
+def test_a_thinned_recording_is_every_so_many_samples_of_the_whole(every):
+    scenario = alight.load_scenario("experiment-1", {"duration": 1.2, "steady_state": 0.1})
+    whole = alight.simulate(scenario, channels=("q", "F_m"))
+    thin = alight.simulate(scenario, channels=("q", "F_m"), every=every)
+    np.testing.assert_array_equal(thin.t, whole.t[::every])
+    np.testing.assert_array_equal(thin.samples, whole.samples[::every])
+    assert thin.verdict == whole.verdict
+
+
+def test_a_thinned_recording_keeps_the_sample_at_which_a_run_ended():
+    scenario = alight.load_scenario("experiment-1", {"plant.body.m": 1e-9})
+    whole, thin = alight.simulate(scenario), alight.simulate(scenario, every=1000)
+    assert not whole.verdict.completed and thin.verdict == whole.verdict
+    assert thin.t[-1] == whole.t[-1]
+    np.testing.assert_array_equal(thin.samples[-1], whole.samples[-1])
+
+
+def test_every_below_one_is_refused():
+    with pytest.raises(alight.AlightError, match="every = 0: must be 1 or more"):
+        alight.simulate("experiment-1", every=0)

@@ -31,6 +31,7 @@ def simulate(
     *,
     seed: int | None = None,
     channels: tuple[str, ...] | None = None,
+    every: int = 1,
     backend: Backend = "auto",
     progress: Progress | None = None,
     throw: bool = False,
@@ -48,6 +49,8 @@ def simulate(
         Seed of the sensor noise instead of the scenario's.
     channels : tuple of str, optional
         Signals to record; all of them if absent.
+    every : int
+        Ticks between two recorded samples.
     backend : {"auto", "vm", "c", "lanes"}
         CasADi's virtual machine or compiled C, which give the same bits; ``auto`` compiles when
         that costs less than the work that is left, and keeps the program for later. ``lanes`` is
@@ -73,6 +76,7 @@ def simulate(
         chosen.document.duration,
         seed=used,
         channels=channels,
+        every=every,
         backend=backend,
         progress=progress,
     )

@@ -46,10 +46,11 @@ def run(
     *,
     seed: int = 0,
     channels: tuple[str, ...] | None = None,
+    every: int = 1,
     backend: Backend = "auto",
     progress: Progress | None = None,
 ) -> Recording:
-    """Run a closed loop from a start and record its signals at every sample.
+    """Run a closed loop from a start and record its signals.
 
     Parameters
     ----------
@@ -63,6 +64,9 @@ def run(
         Seed of the sensor noise; the same seed gives the same run on every backend.
     channels : tuple of str, optional
         Signals to record; all of them if absent.
+    every : int
+        Ticks between two recorded samples; the last sample of a run that ends early is recorded
+        in any case.
     backend : {"auto", "vm", "c", "lanes"}
         See `alight.kernels.runner`; a law in plain Python does not use it.
     progress : callable, optional
@@ -72,7 +76,14 @@ def run(
     -------
     Recording
         Up to the end, or up to the sample at which the run ended early; see its ``verdict``.
+
+    Raises
+    ------
+    AlightError
+        If ``every`` is not 1 or more, or the recording does not fit into memory.
     """
+    if every < 1:
+        raise AlightError(f"every = {every}: must be 1 or more")
     ticks = max(round(duration / loop.dt), 1)
     noise = np.random.default_rng(seed)
     made: Runner
@@ -83,35 +94,40 @@ def run(
         made, recorded = _prepared(loop, channels, backend)
         if isinstance(made, Auto):
             made.expect(ticks)
-    _refuse_too_long(ticks, recorded.size + 1)
+    _refuse_too_long(-(-ticks // every), recorded.size + 1)
     x, p = loop.initial_column(start), loop.parameter_values(loop.zeros())
-    rows: list[np.ndarray] = []
+    samples = np.empty((-(-ticks // every) + 1, recorded.size + 1))  # one more for an early end
+    numbers, filled = np.empty(len(samples)), 0
     for first in range(0, ticks, BLOCK):
         block = noise.standard_normal(min(BLOCK, ticks - first))
         x, y = made.run(x, block, p)
-        rows.append(y)
+        ended = bool(len(y) < len(block) or y[-1, -1] or not np.isfinite(y[-1]).all())
+        passed = first + np.arange(len(y))
+        kept = passed % every == 0
+        kept[-1] |= ended
+        count = filled + int(kept.sum())
+        samples[filled:count], numbers[filled:count], filled = y[kept], passed[kept], count
         if progress is not None:
             progress(min(first + len(y), ticks) / ticks)
-        if len(y) < len(block) or y[-1, -1] or not np.isfinite(y[-1]).all():
+        if ended:
             break
-    y = np.concatenate(rows)
-    t = np.arange(len(y)) * loop.dt
-    verdict = _verdict(y, t, recorded, loop.law, x[: PLANT.size])
-    recording = Recording(t, y[:, :-1], recorded, verdict)
+    verdict = _verdict(y[-1], float(passed[-1] * loop.dt), recorded, loop.law, x[: PLANT.size])
+    t = numbers[:filled] * loop.dt
+    recording = Recording(t, samples[:filled, :-1], recorded, verdict)
     if isinstance(loop.law, PlainLaw) and channels is not None:
         return select(recording, channels)
     return recording
 
 
-def _refuse_too_long(ticks: int, columns: int) -> None:
+def _refuse_too_long(samples: int, columns: int) -> None:
     """Refuse a recording that the machine cannot hold, before hours are spent on it."""
-    needed = 2 * 8 * ticks * columns  # the blocks, and the whole that is made of them
+    needed = 8 * samples * columns
     available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if needed > available:
         raise AlightError(
-            f"a recording of {ticks:.3g} samples of {columns} columns needs {needed / 1e9:.3g} GB, "
-            f"and this machine has {available / 1e9:.3g} GB; set a shorter duration, or record "
-            "fewer channels"
+            f"a recording of {samples:.3g} samples of {columns} columns needs "
+            f"{needed / 1e9:.3g} GB, and this machine has {available / 1e9:.3g} GB; set a shorter "
+            "duration, or record fewer channels, or at a larger `every`"
         )
 
 
@@ -143,12 +159,10 @@ def select(recording: Recording, channels: tuple[str, ...]) -> Recording:
     return Recording(recording.t, np.hstack(columns), layout, recording.verdict, recording.scenario)
 
 
-def _verdict(
-    y: np.ndarray, t: np.ndarray, recorded: Layout, law: Law, plant: np.ndarray
-) -> Verdict:
+def _verdict(row: np.ndarray, end: float, recorded: Layout, law: Law, plant: np.ndarray) -> Verdict:
     """Read off the last row, and the state of the plant after it, how the run ended."""
-    end, code = float(t[-1]), int(y[-1, -1]) if np.isfinite(y[-1, -1]) else 0
-    strange = ~np.isfinite(y[-1, :-1])
+    code = int(row[-1]) if np.isfinite(row[-1]) else 0
+    strange = ~np.isfinite(row[:-1])
     if not code and strange.any():
         name = recorded.columns[int(np.argmax(strange))]
         return Verdict(Outcome.NOT_FINITE, end, name, "it is infinite or not a number")
