@@ -11,7 +11,6 @@ import numpy as np
 
 from alight.control import ForceLimiting, Law, Measurement, Tick, Unsaturated
 from alight.kernels import Program, Runner
-from alight.kernels.compilers import CompilerUnavailable, find_compiler
 from alight.models import HuntCrossley, KelvinVoigt, Plant, TipFriction
 from alight.simulation.closed_loop import ClosedLoop, InitialState, tick_program
 from alight.symbolic.build import build
@@ -22,15 +21,6 @@ from alight.testbed import Testbed, Transducer
 from tests.control.cases import PLANT, told
 
 TRIP = 7
-
-
-def has_compiler() -> bool:
-    """Whether this machine can compile C."""
-    try:
-        find_compiler()
-    except CompilerUnavailable:
-        return False
-    return True
 
 
 @parameters

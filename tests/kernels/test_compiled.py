@@ -16,20 +16,9 @@ from alight.kernels.auto import TRIAL, Auto
 from alight.kernels.compiled import FLAGS, Compiled, source_of
 from alight.kernels.compilers import CompilerUnavailable, compilers
 from alight.kernels.toolchain import is_kept
+from tests.compiler import NEEDS_COMPILER
 from tests.kernels.compilers import broken_compilers, kept, script
-from tests.kernels.programs import (
-    NOISY,
-    TRIP,
-    Prepared,
-    counting,
-    has_compiler,
-    loops,
-    noise_of,
-    prepared,
-    tiny,
-)
-
-NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
+from tests.kernels.programs import NOISY, TRIP, Prepared, counting, loops, noise_of, prepared, tiny
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ from alight.errors import UnknownName
 from alight.kernels import BACKENDS, Runner, runner
 from alight.kernels.program import stop_index
 from alight.kernels.vm import LONG as BLOCK
-from tests.kernels.programs import TRIP, Prepared, counting, has_compiler, loops, noise_of, prepared
+from tests.compiler import NEEDS_COMPILER, has_compiler
+from tests.kernels.programs import TRIP, Prepared, counting, loops, noise_of, prepared
 
-NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
 EACH_BACKEND = pytest.mark.parametrize(
     "backend", ["vm", "auto", pytest.param("c", marks=NEEDS_COMPILER)]
 )

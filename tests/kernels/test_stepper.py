@@ -16,10 +16,9 @@ from alight.kernels.compilers import CompilerUnavailable
 from alight.kernels.stepper import Stepper
 from alight.symbolic.build import build
 from alight.symbolic.ops import sin, tanh
-from tests.kernels.programs import has_compiler
+from tests.compiler import NEEDS_COMPILER, has_compiler
 from tests.strategies import between, vectors
 
-NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
 BACKENDS = pytest.mark.parametrize("backend", ["vm", pytest.param("c", marks=NEEDS_COMPILER)])
 U, X, P = ca.SX.sym("u", 2), ca.SX.sym("x", 3), ca.SX.sym("p")
 FUNCTION = build(

@@ -15,6 +15,7 @@ import pytest
 from alight.kernels import toolchain
 from alight.kernels.compilers import Compiler, CompilerUnavailable, compilers, find_compiler
 from alight.kernels.toolchain import cache_folder, is_kept, library_of, load
+from tests.compiler import NEEDS_COMPILER
 from tests.kernels.compilers import (
     ANSWERS,
     FLAGS,
@@ -28,18 +29,8 @@ from tests.kernels.compilers import (
     until,
     waiting_compiler,
 )
-from tests.kernels.programs import has_compiler
 
-NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
-
-
-@pytest.fixture(autouse=True)
-def cache(monkeypatch, tmp_path):
-    """An empty cache folder, and a process that has warned of nothing yet."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(toolchain, "_told", set())
-    monkeypatch.setattr(toolchain, "_passing", [])
-    return cache_folder()
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 # Built once

@@ -21,9 +21,9 @@ from mpmath import mp
 
 from alight.kernels.lanes import minimax
 from alight.kernels.toolchain import load
-from tests.kernels.programs import has_compiler
+from tests.compiler import NEEDS_COMPILER
 
-pytestmark = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
+pytestmark = NEEDS_COMPILER
 
 FILES = resources.files("alight.kernels.lanes")
 HEADERS = {name: FILES.joinpath(name).read_text("utf-8") for name in ("vector.h", "vector_math.h")}

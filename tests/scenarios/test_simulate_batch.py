@@ -17,10 +17,8 @@ from alight.scenarios.scenario import Scenario
 from alight.scenarios.simulate_batch import Batch
 from alight.simulation.metrics import METRICS, steady_first
 from tests.cli.command import environment
-from tests.kernels.programs import has_compiler
+from tests.compiler import NEEDS_COMPILER
 from tests.simulation.figures import expected
-
-compiled = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
 
 NEAR: dict[str, Any] = {"start.x_r": [0.196, 0.37], "duration": 1.0, "steady_state": 0.2}
 """Close before the body, so that a second is enough to settle."""
@@ -86,7 +84,7 @@ def one(case: str, i: int) -> alight.Recording:
 CASES = pytest.mark.parametrize("case", SETTLED)
 
 
-@compiled
+@NEEDS_COMPILER
 @CASES
 def test_settled_runs_are_those_of_the_scenarios_loaded_one_by_one(case):
     found = batch(case)
@@ -113,7 +111,7 @@ def test_settled_runs_are_those_of_the_scenarios_loaded_one_by_one(case):
         assert max(distances) <= STEP and np.median(distances) <= ROUNDING, (name, distances)
 
 
-@compiled
+@NEEDS_COMPILER
 @pytest.mark.slow
 @CASES
 def test_in_every_width_and_order_on_one_thread_and_more(case):
@@ -159,7 +157,7 @@ def test_a_batch_tells_what_varied_with_units_times_and_outcomes():
     assert table["outcome"].tolist() == ["COMPLETED"] * 2 and table["seed"].tolist() == [3, 4]
 
 
-@pytest.mark.parametrize("backend", ["vm", pytest.param("c", marks=compiled)])
+@pytest.mark.parametrize("backend", ["vm", pytest.param("c", marks=NEEDS_COMPILER)])
 def test_runs_that_trip_say_so_with_time_and_cause_of_the_single_run(backend):
     settings = {"law.gains.alpha1": 5000.0, "duration": 1.0, "steady_state": 0.2}
     scenario = load_scenario("experiment-1", settings)
@@ -265,7 +263,7 @@ def measured(*arguments: object) -> dict[str, Any]:
     return json.loads(done.stdout)
 
 
-@compiled
+@NEEDS_COMPILER
 @pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in kilobytes on Linux")
 def test_memory_does_not_grow_with_the_number_of_ticks():
     ticks = 100_000
@@ -276,7 +274,7 @@ def test_memory_does_not_grow_with_the_number_of_ticks():
     assert long["grown"] < 8 * ticks * 8  # not even one number for each tick
 
 
-@compiled
+@NEEDS_COMPILER
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_a_million_runs_fit_into_memory():

@@ -18,7 +18,7 @@ from alight.simulation.metrics import METRICS, steady_first
 from alight.simulation.recording import Recording
 from alight.simulation.run import run
 from alight.symbolic.parameters import rebind
-from tests.kernels.programs import has_compiler
+from tests.compiler import has_compiler
 from tests.simulation.figures import expected
 from tests.simulation.pushing import TRAVEL, TRIP, begin, pushing, request, runs_of
 

@@ -18,9 +18,8 @@ from alight.simulation.law_tick import NO_READING
 from alight.symbolic.ops import vector
 from alight.testbed import SensorState
 from tests.cli.command import OWN_ARM
-from tests.kernels.programs import has_compiler
+from tests.compiler import NEEDS_COMPILER
 
-NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
 BACKENDS = pytest.mark.parametrize("backend", ["vm", pytest.param("c", marks=NEEDS_COMPILER)])
 SHORT = ("duration=0.5", "steady_state=0.1")
 

@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import alight
 from alight.errors import UnknownName
 from alight.scenarios import load_scenario
 from alight.simulation.metrics import METRICS, Gathering, Length, Moment, chosen, steady_first
+from alight.studies import measure
 from alight.symbolic.signals import Layout
 from tests.simulation.figures import expected
 
@@ -132,3 +134,10 @@ def test_each_metric_says_what_it_needs_and_how_many_entries_it_has(name):
     assert len(memory) == len(metric.start)
     columns = [np.array([float(np.squeeze(v))]) for v in memory]
     assert len(metric.result(columns, Length(DT, np.ones(1), np.ones(1)))) == metric.signal.size
+
+
+def test_a_recording_with_ticks_left_out_has_no_metrics():
+    scenario = alight.load_scenario("experiment-1", {"duration": 0.1, "steady_state": 0.05})
+    thin = alight.simulate(scenario, every=2)
+    with pytest.raises(alight.AlightError, match="every tick"):
+        measure(thin, scenario)

@@ -12,8 +12,9 @@ from alight.models import HuntCrossley, KelvinVoigt, LinearSpring, TipFriction
 from alight.simulation.closed_loop import ClosedLoop, InitialState, tick_program
 from alight.symbolic.parameters import numeric_fields, rebind
 from alight.testbed import Encoder, Testbed, Transducer
+from tests.compiler import NEEDS_COMPILER
 from tests.control.cases import PLANT, told
-from tests.testbed.laws import NEEDS_COMPILER, Steady
+from tests.testbed.laws import Steady
 
 CONTACTS = pytest.mark.parametrize(
     "contact",

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from alight.control import Law, Measurement, PlainLaw, Tick
-from alight.kernels.compilers import CompilerUnavailable, find_compiler
 from alight.kernels.select import Backend
 from alight.models import LinearSpring, MassSpring, Plant, TwoLinkArm
 from alight.simulation.closed_loop import ClosedLoop, InitialState
@@ -19,6 +18,7 @@ from alight.symbolic.ops import Vector, as_vector, exp, sin, sqrt, vector, where
 from alight.symbolic.parameters import Pair, Quantity, parameters
 from alight.symbolic.signals import Signal
 from alight.testbed import Testbed
+from tests.compiler import NEEDS_COMPILER
 
 PLANT_UNDER_TEST = Plant(
     arm=TwoLinkArm(l1=0.35, l2=0.3, p1=3.4, p2=0.2, p3=0.24, viscous=(1.0, 0.3)),
@@ -29,14 +29,6 @@ Q = PLANT_UNDER_TEST.arm.inverse((0.19, 0.4), "-")
 START = InitialState(q=(float(Q[0]), float(Q[1])), x_m=0.2, q_dot=(-1.0, 1.0), x_m_dot=0.25)
 
 
-def has_compiler() -> bool:
-    try:
-        return bool(find_compiler())
-    except CompilerUnavailable:
-        return False
-
-
-NEEDS_COMPILER = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
 BACKENDS = pytest.mark.parametrize("backend", ["vm", pytest.param("c", marks=NEEDS_COMPILER)])
 
 

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from alight_benchmarks.generated import compiled, rates_of, slopes_of
 from alight_benchmarks.peer import Peer, Problem, Run
 from alight_benchmarks.peers.scipy_ivp import (
     ATOL,
     RTOL,
     Rates,
     compiled_rates,
+    compiled_slopes,
     initial_state,
     numpy_rates,
 )
@@ -53,12 +53,7 @@ def _prepare_numpy(problem: Problem) -> Run:
 
 
 def _prepare_compiled(problem: Problem) -> Run:
-    slopes = compiled(slopes_of(rates_of(problem.scenario)))
-
-    def jac(_: float, x: np.ndarray) -> np.ndarray:
-        return slopes(x)[0].reshape((len(x), len(x)), order="F")
-
-    return _response(problem, compiled_rates(problem), jac=jac)
+    return _response(problem, compiled_rates(problem), jac=compiled_slopes(problem))
 
 
 PEERS = (

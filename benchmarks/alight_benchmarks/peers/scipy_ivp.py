@@ -45,6 +45,12 @@ def compiled_rates(problem: Problem) -> Rates:
     return lambda _, x: rates(x)[0]
 
 
+def compiled_slopes(problem: Problem) -> Rates:
+    """Jacobian of the right-hand side, likewise."""
+    slopes = compiled(slopes_of(rates_of(problem.scenario)))
+    return lambda _, x: slopes(x)[0].reshape((len(x), len(x)), order="F")
+
+
 def _run(problem: Problem, rates: Rates, **options: Any) -> Run:
     from scipy.integrate import solve_ivp
 
@@ -62,12 +68,7 @@ def _prepare_numpy(problem: Problem) -> Run:
 
 
 def _prepare_compiled(problem: Problem) -> Run:
-    slopes = compiled(slopes_of(rates_of(problem.scenario)))
-
-    def jac(_: float, x: np.ndarray) -> np.ndarray:
-        return slopes(x)[0].reshape((len(x), len(x)), order="F")
-
-    return _run(problem, compiled_rates(problem), jac=jac)
+    return _run(problem, compiled_rates(problem), jac=compiled_slopes(problem))
 
 
 PEERS = (

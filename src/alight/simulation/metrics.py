@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from alight.errors import UnknownName
+from alight.errors import AlightError, UnknownName
 from alight.kernels.direct import Direct
 from alight.simulation.recording import Recording
 from alight.symbolic.build import build
@@ -269,6 +269,7 @@ def metrics_of(
     recording: Recording,
     names: Sequence[str],
     *,
+    dt: float,
     ticks: int,
     steady_state: float,
     travel: float,
@@ -281,16 +282,26 @@ def metrics_of(
         Of every tick; the one at which a run tripped is not counted.
     names : sequence of str
         Metrics out of `METRICS`.
+    dt : float
+        Sample time of the run [s].
     ticks : int
         Length that the run should have had.
     steady_state : float
         Length of the last part, over which steady-state values are taken [s].
     travel : float
         Travel of the mass from rest to set point [m].
+
+    Raises
+    ------
+    AlightError
+        If ticks are missing from the recording: sums and peaks would be wrong.
+    UnknownName
+        If there is no such metric, or the recording lacks a signal that it is made of.
     """
+    if not np.allclose(np.diff(recording.t), dt, rtol=1e-3, atol=0):
+        raise AlightError("metrics need a recording of every tick; record with every = 1")
     gathering = Gathering(chosen(names, recording.layout.signals))
     layout = Layout({name: recording.layout.signals[name] for name in gathering.needs})
-    dt = float(recording.t[1]) if len(recording) > 1 else 0.0
     first = steady_first(ticks, dt, steady_state)
     count = len(recording) - (not recording.verdict.completed)
     columns = [recording[name].reshape(len(recording), -1)[:count] for name in layout.signals]

@@ -59,11 +59,12 @@ class Measures:
 
 def measure(recording: Recording, scenario: Scenario) -> Measures:
     """Take the figures of a recording of a scenario; a run that ended early has no steady state."""
-    document = scenario.document
+    document, dt = scenario.document, scenario.closed_loop.dt
     figures = metrics_of(
         recording,
         METRICS,
-        ticks=round(document.duration / scenario.closed_loop.dt),
+        dt=dt,
+        ticks=round(document.duration / dt),
         steady_state=document.steady_state,
         travel=abs(scenario.target.x_md - scenario.plant.body.x_0),
     )

@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 from alight.errors import ExpressionError
 from alight.kernels.lanes.emit import Names, body, kept
 from alight.kernels.lanes.graph import Graph, graph_of, simplified
+from tests.compiler import NEEDS_COMPILER
 from tests.kernels.lanes.drivers import RUNS, WIDTHS, call, driver, library, same
 from tests.kernels.lanes.expressions import (
     INPUTS,
@@ -24,9 +25,8 @@ from tests.kernels.lanes.expressions import (
     evaluated,
     random_function,
 )
-from tests.kernels.programs import has_compiler
 
-pytestmark = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
+pytestmark = NEEDS_COMPILER
 
 EVERY_WIDTH = pytest.mark.parametrize("width", WIDTHS)
 FUNCTIONS = covering(40)

@@ -19,10 +19,10 @@ from alight.kernels.program import Group, Program
 from alight.scenarios import load_scenario
 from alight.simulation.closed_loop import ClosedLoop, tick_program
 from alight.simulation.metrics import Gathering, chosen
-from tests.kernels.programs import has_compiler, noise_of
+from tests.compiler import NEEDS_COMPILER
+from tests.kernels.programs import noise_of
 from tests.simulation.pushing import begin, pushing
 
-compiled = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
 zig = pytest.mark.skipif(util.find_spec("ziglang") is None, reason="ziglang is not installed")
 TICKS = 600
 ROUNDING = 1e-9
@@ -90,7 +90,7 @@ FLAVOURS = {
 }
 
 
-@compiled
+@NEEDS_COMPILER
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_every_kind_of_x86_gives_the_same_but_for_rounding(flavour, monkeypatch):
     needed, width, flags = FLAVOURS[flavour]
@@ -159,7 +159,7 @@ int main(void) {
 
 
 @zig
-@compiled
+@NEEDS_COMPILER
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("qemu-aarch64-static") is None, reason="no emulator")
 def test_two_lanes_of_aarch64_give_what_this_processor_gives(tmp_path):

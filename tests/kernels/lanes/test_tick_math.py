@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from mpmath import mp
 
+from tests.compiler import NEEDS_COMPILER
 from tests.kernels.lanes.drivers import RUNS, WIDTHS, call, driver, header, library, same
-from tests.kernels.programs import has_compiler
 
-pytestmark = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
+pytestmark = NEEDS_COMPILER
 
 EVERY_WIDTH = pytest.mark.parametrize("width", WIDTHS)
 STATED = {
