@@ -101,20 +101,20 @@ def _peers(section: Results) -> Iterator[Table]:
     for row in section["rows"]:
         known = (row["name"], str(row["batch"]), row["loop"])
         if "ratio" in row:
-            error = f"{number(row['error']['q'])} rad, {number(row['error']['x_m'])} m"
+            errors = (number(row["error"]["q"]), number(row["error"]["x_m"]))
             if not row["same"]:
-                error = f"{error}: another run!"
-            figures = (ratio(row["ratio"]), str(row["ratio"]["count"]), error)
+                errors = ("another run!", *errors[1:])
+            figures = (ratio(row["ratio"]), str(row["ratio"]["count"]), *errors)
         else:
             told = row.get("failed") or f"not installed: {row['missing']}"
-            figures = (told, "", "")
+            figures = (told, "", "", "")
         rows.append((*known, *figures))
     yield Table(
         "Peers on the same closed loop",
-        ("peer", ">runs", "loop", ">time of a run / R", ">samples", ">error"),
+        ("peer", ">runs", "loop", ">time of a run / R", ">samples", ">q [rad]", ">x_m [m]"),
         rows,
         (
-            "R is the time of the plain C. Errors are the largest ones of the first "
+            "R is the time of the plain C. The last columns hold the largest errors of the first "
             f"{section['shown']:g} s of a run, or of all of it if it is shorter. A sampled loop is "
             "compared with the reference of the sampled loop, a continuous one with that of the "
             "continuous loop: with and without sampling the physics differ.",
