@@ -33,7 +33,7 @@ results: $(VENV)/runtime.stamp ## renew what the documentation shows
 bench: $(VENV)/bench.stamp ## Alight against its peers, in ratios measured here; renews the docs
 	$(BIN)/alight bench --out docs/results
 
-test: lint types imports docs tests ## everything that CI runs
+test: lint types imports docs tests slow ## everything that CI runs
 
 lint: $(VENV)/test.stamp ## style and formatting
 	$(BIN)/ruff check .
@@ -51,6 +51,9 @@ docs: $(VENV)/test.stamp ## the site, warnings as errors, no network
 
 tests: $(VENV)/test.stamp ## the test suite
 	$(BIN)/pytest -n 2
+
+slow: $(VENV)/test.stamp ## the tests marked slow: a few minutes more
+	$(BIN)/pytest -n 2 -m slow
 
 format: $(VENV)/test.stamp ## rewrite the code in the agreed format
 	$(BIN)/ruff check --fix .
