@@ -19,7 +19,7 @@ LOCK   := $(UV) pip compile --quiet --universal --python-version 3.11 --fork-str
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce results bench test lint types imports docs tests format install lock clean
+.PHONY: help reproduce results bench test lint types imports docs tests slow format install lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
