@@ -9,15 +9,19 @@ import pytest
 from hypothesis import given
 from numpy import tanh
 
-from alight.control import AdaptiveState, Unsaturated
+from alight.control import AdaptiveContactLaw, AdaptiveState, ForceLimiting, Unsaturated
+from alight.errors import AlightError
 from alight.models import PlantState
+from alight.symbolic.derive import jacobian
 from alight.theory import V, V_r
+from alight.theory.lyapunov import dissipation, errors_at
 from tests.control.cases import TARGET, cases, told
 from tests.control.closed_loop import evaluate
 from tests.paper.typed import agree, scope, sech2
+from tests.strategies import vectors
 
 
-def dissipation(v):
+def falls_of_32(v):
     """``r^T k3 Tanh(r) + e_r^T alpha Tanh(e_r)``, in its two parts."""
     return v.r_r @ (v.k3 * tanh(v.r_r)), v.e_r @ v.alpha @ tanh(v.e_r)
 
@@ -28,14 +32,14 @@ def size_of_V_r_dot(v):
     force = np.abs(v.Y_r) @ (np.abs(v.theta_r) + np.abs(v.theta_r_hat))
     kinetic = np.abs(v.r_r) @ (np.abs(v.M_bar @ v.along_x_rd_dot) + np.abs(v.C_bar @ v.r_r) + force)
     learning = np.abs(theta_tilde / v.Gamma_r) @ np.abs(v.theta_r_hat_dot)
-    return kinetic + learning + sum(dissipation(v)) + np.abs(v.r_r) @ np.abs(tanh(v.e_r))
+    return kinetic + learning + sum(falls_of_32(v)) + np.abs(v.r_r) @ np.abs(tanh(v.e_r))
 
 
 @given(cases())
 def test_V_r_falls_by_at_least_the_feedback_at_every_state_and_gain(case):
     """Proposition A of the audit: in contact and out of it, projection active or not."""
     v = scope(case)
-    assert v.V_r_dot <= -sum(dissipation(v)) + 1e-10 * size_of_V_r_dot(v)
+    assert v.V_r_dot <= -sum(falls_of_32(v)) + 1e-10 * size_of_V_r_dot(v)
 
 
 @given(cases())
@@ -44,27 +48,41 @@ def test_what_V_r_falls_by_beyond_that_is_the_work_of_the_projection(case):
     theta_tilde, mu = v.theta_r - v.theta_r_hat, v.Gamma_r * (v.Y_r.T @ v.r_r)
     projected = theta_tilde @ ((mu - v.theta_r_hat_dot) / v.Gamma_r)
     size = size_of_V_r_dot(v)
-    agree(v.V_r_dot, *(-d for d in dissipation(v)), projected, size, -size, rounding=1e-10)
+    agree(v.V_r_dot, *(-d for d in falls_of_32(v)), projected, size, -size, rounding=1e-10)
     assert projected <= 1e-10 * size
 
 
 @given(cases(Unsaturated))
-def test_under_44_the_feedback_enters_without_saturation(case):
-    """The same function; ``r^T (e_r - Tanh(e_r))`` is left over, without a sign."""
+def test_under_44_V_r_with_the_square_of_e_r_falls_by_the_squares(case):
     v = scope(case)
     theta_tilde, mu = v.theta_r - v.theta_r_hat, v.Gamma_r * (v.Y_r.T @ v.r_r)
     projected = theta_tilde @ ((mu - v.theta_r_hat_dot) / v.Gamma_r)
-    size = size_of_V_r_dot(v) + v.r_r @ (v.k3 * v.r_r) + np.abs(v.r_r) @ np.abs(v.e_r)
-    agree(
-        v.V_r_dot,
-        -v.r_r @ (v.k3 * v.r_r),
-        -v.r_r @ (v.e_r - tanh(v.e_r)),
-        -v.e_r @ v.alpha @ tanh(v.e_r),
-        projected,
-        size,
-        -size,
-        rounding=1e-10,
-    )
+    falls = v.r_r @ (v.k3 * v.r_r), v.e_r @ v.alpha @ v.e_r
+    size = size_of_V_r_dot(v) + sum(falls) + np.abs(v.r_r) @ np.abs(v.e_r)
+    agree(v.V_r_dot, *(-fall for fall in falls), projected, size, -size, rounding=1e-10)
+
+
+@pytest.mark.parametrize("law", [ForceLimiting, Unsaturated])
+@given(e_r=vectors(2, 3.0))
+def test_the_slope_of_the_potential_is_the_feedback_at_rest(law, e_r):
+    made = told(cls=law)
+    slope = jacobian(made.potential, e_r)
+    np.testing.assert_allclose(np.ravel(slope), made.feedback(e_r, np.zeros(2)), atol=1e-12)
+
+
+@given(cases())
+def test_the_dissipation_is_that_of_the_feedback(case):
+    v, (s, a) = scope(case), (case.s, case.a)
+    found = dissipation(case.law, errors_at(case.law, s, a))
+    assert found == pytest.approx(sum(falls_of_32(v)), rel=1e-9, abs=1e-12)
+
+
+def test_a_law_that_states_no_potential_has_no_lyapunov_function():
+    class Own(ForceLimiting):
+        potential = AdaptiveContactLaw.potential
+
+    with pytest.raises(AlightError, match="Own does not state its potential"):
+        told(cls=Own).potential(np.zeros(2))
 
 
 @given(cases())
@@ -81,7 +99,7 @@ def test_50_rate_of_V_before_any_inequality(case):
     size = size_of_V_r_dot(v)
     agree(
         v.V_dot,
-        *(-d for d in dissipation(v)),
+        *(-d for d in falls_of_32(v)),
         2 * v.e_r @ v.r_r,
         -2 * v.e_r @ v.alpha @ v.e_r,
         -v.alpha1 * v.k2 * v.K_I * tanh(v.e_m) ** 2,

@@ -10,6 +10,7 @@ from typing import Annotated, Any, NamedTuple
 from alight.control.measurement import Measurement
 from alight.control.projection import Estimate
 from alight.control.transition import ContactTransitionLaw, Errors, Flow
+from alight.errors import AlightError
 from alight.symbolic.derive import regressor
 from alight.symbolic.ops import Matrix, Scalar, Vector, as_vector, tanh, vector
 from alight.symbolic.parameters import Positive, Quantity, parameters
@@ -36,6 +37,21 @@ class AdaptiveContactLaw(ContactTransitionLaw):
     )
     theta_dk: Estimate = field(kw_only=True)
     theta_r: Estimate = field(kw_only=True)
+
+    def potential(self, e_r: Vector) -> Scalar:
+        """Energy [J] whose slope is the feedback of a position error without velocity error.
+
+        It stands in the Lyapunov function; a law of your own needs it for a certificate only.
+
+        Raises
+        ------
+        AlightError
+            If the law does not state it.
+        """
+        raise AlightError(
+            f"{type(self).__name__} does not state its potential(e_r), whose slope is "
+            "feedback(e_r, 0): without it there is no Lyapunov function"
+        )
 
     def __post_init__(self) -> None:
         entries = self._entries
@@ -70,11 +86,13 @@ class AdaptiveContactLaw(ContactTransitionLaw):
             tanh(self.e_f), self.theta_dk.initial, as_vector(self.theta_r.initial)
         )._asdict()
 
+    def mu_dk(self, x_m: Scalar, eta_m: Scalar) -> Scalar:
+        """Rate of the estimate of ``k_s / K_I`` before projection, ``Gamma Y_d eta_m`` of (27)."""
+        return self.gains.Gamma * self.model.body.Y_d(x_m) * eta_m
+
     def theta_dk_hat_dot(self, x_m: Scalar, eta_m: Scalar, theta_dk_hat: Scalar) -> Scalar:
         """Rate of the estimate of ``k_s / K_I``, (27), projected."""
-        return self.theta_dk.project(
-            self.gains.Gamma * self.model.body.Y_d(x_m) * eta_m, theta_dk_hat
-        )
+        return self.theta_dk.project(self.mu_dk(x_m, eta_m), theta_dk_hat)
 
     def theta_r_of(self, pi: Vector) -> Vector:
         """``theta_r`` of (31) from ``pi``: (43)'s ten entries, then those of gravity if any.
@@ -98,9 +116,13 @@ class AdaptiveContactLaw(ContactTransitionLaw):
             len(arm.inertial + arm.gravitational) + 3,
         )
 
+    def mu_r(self, Y_r: Matrix, r_r: Vector) -> Vector:
+        """Rate of the estimate of ``theta_r`` before projection, ``Gamma_r Y_r^T r_r`` of (33)."""
+        return as_vector(self.Gamma_r) * (Y_r.T @ r_r)
+
     def theta_r_hat_dot(self, Y_r: Matrix, r_r: Vector, theta_r_hat: Vector) -> Vector:
-        """Rate of the estimate of ``theta_r``, (33)."""
-        return self.theta_r.project(as_vector(self.Gamma_r) * (Y_r.T @ r_r), theta_r_hat)
+        """Rate of the estimate of ``theta_r``, (33), projected."""
+        return self.theta_r.project(self.mu_r(Y_r, r_r), theta_r_hat)
 
     def flow(self, state: Mapping[str, Any], measured: Measurement) -> Flow:
         """Force (32) or (44), and the rates (18), (27) and (33)."""

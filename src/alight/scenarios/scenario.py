@@ -12,6 +12,7 @@ import pydantic
 from alight.control import Target
 from alight.control.law import Law
 from alight.models import Plant
+from alight.scenarios.assumptions import Assumptions
 from alight.simulation.closed_loop import ClosedLoop, InitialState
 from alight.symbolic.parameters import (
     Pair,
@@ -53,6 +54,7 @@ class Document:
     start: Start
     target: Target
     law: dict[str, Any]
+    assumptions: Assumptions | None = None
     title: str = ""
     description: str = ""
     duration: Annotated[Positive, Quantity("s", "length of the run")] = 10.0

@@ -24,7 +24,8 @@ from alight.models import LinearSpring, MassSpring, Plant, PlantState, TwoLinkAr
 from alight.scenarios import Scenario, load_scenario
 from alight.simulation.continuous import join_state, split_state
 from alight.symbolic.derive import jacobian, time_derivative
-from alight.symbolic.ops import as_vector, determinant
+from alight.symbolic.ops import determinant
+from alight.theory.lossless import lossless
 from alight.theory.lyapunov import V, V_r, ideal_measurement
 
 INPUTS = ("plant", "ref", "gains", "proj_dk", "state")
@@ -103,7 +104,7 @@ def _mass_and_filter(
     g, body, F_m = law.gains, plant.body, plant.touch(s).F_m
     Y_d = body.Y_d(s.x_m)
     x_m_ddot = body.acceleration(s.x_m, s.x_m_dot, F_m)
-    mu, theta = g.Gamma * Y_d * e.eta_m, a.theta_dk_hat
+    mu, theta = law.mu_dk(s.x_m, e.eta_m), a.theta_dk_hat
     slope_mu = jacobian(lambda v: law.theta_dk.project(v, theta), mu)
     slope_theta = jacobian(lambda v: law.theta_dk.project(mu, v), theta)
 
@@ -147,7 +148,7 @@ def _tip_and_force(
     feedforward = Y_r @ a.theta_r_hat
     saturated = feedforward + ForceLimiting.feedback(law, e.e_r, e.r_r)  # type: ignore[arg-type]
     unsaturated = feedforward + Unsaturated.feedback(law, e.e_r, e.r_r)  # type: ignore[arg-type]
-    unprojected = as_vector(law.Gamma_r) * (Y_r.T @ e.r_r)
+    unprojected = law.mu_r(Y_r, e.r_r)
     moving = plant.rates(s, J.T @ saturated)
     rates = AdaptiveState(e.u_f_dot, e.theta_dk_hat_dot, unprojected)
 
@@ -189,13 +190,9 @@ def _from_scenario(
     law = scenario.law
     if not isinstance(law, AdaptiveContactLaw):
         raise AlightError(f"{type(law).__name__} is not an adaptive law; inspect needs one")
-    told, start = scenario.plant, scenario.start
-    arm = told.arm
-    lossless = Plant(
-        TwoLinkArm(arm.l1, arm.l2, arm.p1, arm.p2, arm.p3, arm.plane, arm.g1, arm.g2),
-        MassSpring(told.body.m, told.body.k_s, told.body.x_0),
-        LinearSpring(K_I=told.contact.K_I),
-    )
+    start = scenario.start
+    # V and its rate are those of (32) whatever the scenario's law
+    law = ForceLimiting(**{f.name: getattr(law, f.name) for f in dataclasses.fields(ForceLimiting)})
     defaults = {
         "q": start.q,
         "q_dot": start.q_dot,
@@ -205,7 +202,7 @@ def _from_scenario(
         "theta_dk_hat": law.theta_dk.initial,
         "theta_r_hat": law.theta_r.initial,
     }
-    return (lossless, law, *_states(law, {**defaults, **dict(state or {})}))
+    return (lossless(scenario.plant), law, *_states(law, {**defaults, **dict(state or {})}))
 
 
 def _same_names(where: str, given: Any, needed: Iterable[str]) -> None:
