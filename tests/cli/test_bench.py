@@ -8,9 +8,10 @@ import os
 import pytest
 
 from alight.kernels.compilers import CompilerUnavailable, find_compiler
+from alight.tables import markdown
 from alight_benchmarks.generated import COMPILERS
 from alight_benchmarks.own.machine import CAN_PIN, ONE_THREAD
-from alight_benchmarks.own.report import markdown
+from alight_benchmarks.own.report import tables
 from tests.cli.command import environment, invoke, process
 
 QUICK = ("bench", "--quick", "--only", "numpy", "--only", "runs")
@@ -37,7 +38,7 @@ def test_a_quick_benchmark_prints_its_tables_and_keeps_them(tmp_path):
     assert sorted(path.name for path in (tmp_path / "kept").iterdir()) == [
         *("benchmarks.json", "benchmarks.md")
     ]
-    assert (tmp_path / "kept" / "benchmarks.md").read_text("utf-8") == markdown(kept)
+    assert (tmp_path / "kept" / "benchmarks.md").read_text("utf-8") == markdown(tables(kept))
     assert kept["quick"] and kept["command"] == "alight " + " ".join(
         QUICK[:1] + QUICK[2:] + QUICK[1:2]
     )

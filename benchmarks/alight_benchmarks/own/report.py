@@ -1,22 +1,13 @@
-"""What was measured, as tables: for a terminal and for the documentation alike."""
+"""What was measured, as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from alight.tables import Table, number
+
 Results = Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A title, columns (``>name`` is aligned to the right), rows of texts, and notes below."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    notes: Sequence[str] = ()
 
 
 def tables(results: Results) -> list[Table]:
@@ -29,32 +20,7 @@ def tables(results: Results) -> list[Table]:
     return made
 
 
-def markdown(results: Results) -> str:
-    """The tables for a page."""
-    return "\n\n".join(_page_part(table) for table in tables(results)) + "\n"
-
-
-def _page_part(table: Table) -> str:
-    names = [column.removeprefix(">") for column in table.columns]
-    rules = ["---:" if column.startswith(">") else "---" for column in table.columns]
-    lines = [_line(names), _line(rules), *(_line(row) for row in table.rows)]
-    return "\n\n".join([f"## {table.title}", "\n".join(lines), *table.notes])
-
-
-def _line(cells: Sequence[str]) -> str:
-    escaped = (cell.replace("|", "\\|").replace("<", "&lt;") for cell in cells)
-    return "| " + " | ".join(escaped) + " |"
-
-
 # Numbers
-
-
-def number(value: float | None) -> str:
-    """Three digits, without an exponent where that can be read."""
-    if value is None:
-        return "none"
-    rounded = float(f"{value:.3g}")
-    return f"{rounded:,.10g}" if 1e-3 <= abs(rounded) < 1e7 or not rounded else f"{value:.2e}"
 
 
 def ratio(found: Results) -> str:

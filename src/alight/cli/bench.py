@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from alight.cli.options import AsJson, OutFolder
-from alight.cli.output import output_folder, show, show_json, table, write_json
+from alight.cli.output import output_folder, show_json, show_tables, write_json
 from alight.cli.progress import progress_bar
 from alight.files import whole_file
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
+from alight.tables import markdown
 
 Only = Annotated[
     list[str],
@@ -42,13 +39,14 @@ def bench(only: Only, quick: Quick = False, out: OutFolder = None, as_json: AsJs
     them, benchmarks.png with the errors.
     """
     from alight_benchmarks.own.machine import one_core
+    from alight_benchmarks.own.report import tables
 
     with output_folder(out) as folder, one_core() as processors:
         results = _measured(only, quick, processors)
         if as_json:
             show_json(results)
         else:
-            show(*_printed(results))
+            show_tables(tables(results))
         if folder is not None:
             _keep(results, folder)
 
@@ -66,24 +64,12 @@ def _measured(only: list[str], quick: bool, processors: list[int]) -> dict[str, 
     return {"command": " ".join(command), "quick": quick, **found, "budget": lines}
 
 
-def _printed(results: dict[str, Any]) -> Iterator[RenderableType]:
-    from alight_benchmarks.own.report import tables
-
-    for part in tables(results):
-        made = table(*part.columns, title=part.title)
-        made.show_header = any(part.columns)
-        for row in part.rows:
-            made.add_row(*row)
-        yield made
-        yield from (f"{note}\n" for note in part.notes)
-
-
 def _keep(results: dict[str, Any], folder: Path) -> None:
-    from alight_benchmarks.own.report import markdown
+    from alight_benchmarks.own.report import tables
 
     write_json(results, folder / "benchmarks.json")
     with whole_file(folder / "benchmarks.md") as file:
-        file.write(markdown(results).encode("utf-8"))
+        file.write(markdown(tables(results)).encode("utf-8"))
     if "accuracy" in results["sections"]:
         from alight.figures import save
         from alight_benchmarks.own.figure import convergence

@@ -5,16 +5,17 @@ from __future__ import annotations
 import contextlib
 import json
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, RenderableType
-from rich.table import Table
+from rich.table import Table as Printed
 
 from alight.cli.guard import writing_output
 from alight.files import FileError, whole_file
+from alight.tables import Table
 
 PIPE_WIDTH = 140
 """Columns of a table that does not go to a terminal."""
@@ -30,13 +31,23 @@ def show(*parts: RenderableType) -> None:
             console.print(part)
 
 
-def table(*columns: str, title: str | None = None) -> Table:
+def table(*columns: str, title: str | None = None) -> Printed:
     """Return an empty table in Alight's style; a column ``>name`` is aligned to the right."""
-    made = Table(box=SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False)
+    made = Printed(box=SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False)
     for column in columns:
         right = column.startswith(">")
         made.add_column(column.removeprefix(">"), justify="right" if right else "left")
     return made
+
+
+def show_tables(tables: Sequence[Table]) -> None:
+    """Print tables with their notes on stdout."""
+    for given in tables:
+        made = table(*given.columns, title=given.title)
+        made.show_header = any(given.columns)
+        for row in given.rows:
+            made.add_row(*row)
+        show(made, *(f"{note}\n" for note in given.notes))
 
 
 def show_json(content: Mapping[str, Any]) -> None:
