@@ -30,7 +30,7 @@ def _page_part(table: Table) -> str:
 
 def _line(cells: Sequence[str]) -> str:
     escaped = (cell.replace("|", "\\|").replace("<", "&lt;") for cell in cells)
-    return "| " + " | ".join(escaped) + " |"
+    return "| " + " | ".join(cell.replace("\n", "<br>") for cell in escaped) + " |"
 
 
 def number(value: float | None) -> str:

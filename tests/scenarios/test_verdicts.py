@@ -43,7 +43,7 @@ ENDINGS = pytest.mark.parametrize(
     [
         (FILTER, Outcome.TRIPPED, {"u_f"}),
         (PLANT, Outcome.DIVERGED, {"q_dot1", "q_dot2"}),
-        (LIGHT, Outcome.DIVERGED, {"x_m", "x_m_dot"}),
+        (LIGHT, Outcome.DIVERGED, {"x_m", "x_m_dot", "q_dot1", "q_dot2"}),
         (OVERFLOW, Outcome.DIVERGED, {"q1", "q_dot1"}),
     ],
     ids=["filter", "plant", "light", "overflow"],

@@ -24,14 +24,10 @@ from alight.simulation.continuous import continuous_rates, split_state
 from alight.symbolic.build import build
 from alight.symbolic.derive import time_derivative
 from alight.symbolic.ops import as_vector, dot, tanh
-from alight.testbed import Motors, Testbed
 from alight.theory import V_r, linearise
 from tests.control.cases import EXPERIMENT_1, PLANT, told, true_theta_r
+from tests.theory.runs import SINGULAR, STRONG, log_uniform
 
-STRONG = Testbed(motors=Motors(limit=(1e9, 1e9)))
-"""Motors that never clip: (32) reaches the joints as it is."""
-SINGULAR = 0.02
-"""Size of det(J) at which a run is cut [m^2]; the runs start near 0.1."""
 SEEDS = range(10)
 MORE_SEEDS = [seed for seed in range(10, 70) if seed != 64]
 """Seed 64 drives the arm into the pose ``q2 = 0``, before which the solver's steps tend to zero."""
@@ -51,10 +47,6 @@ class Run(NamedTuple):
     switches: int
     touched: bool
     e_m: np.ndarray
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float, size: int | None = None):
-    return np.exp(rng.uniform(np.log(low), np.log(high), size))
 
 
 def random_law(rng: np.random.Generator) -> ForceLimiting:

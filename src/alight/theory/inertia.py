@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from alight.control import AdaptiveContactLaw
 from alight.errors import AlightError
@@ -40,9 +39,7 @@ def inertia_box(law: AdaptiveContactLaw) -> tuple[np.ndarray, np.ndarray]:
     return np.array(law.theta_r.lower)[alone], np.array(law.theta_r.upper)[alone]
 
 
-def inertia_bounds(
-    arm: Arm, lower: np.ndarray, upper: np.ndarray, sigma_J: float
-) -> InertiaBounds:
+def inertia_bounds(arm: Arm, lower: np.ndarray, upper: np.ndarray, sigma_J: float) -> InertiaBounds:
     """Bound ``M_bar`` over a box of inertial parameters and all poses.
 
     The eigenvalues of ``M_bar`` depend on the elbow alone. ``M_bar`` is linear in the parameters
@@ -67,18 +64,15 @@ def inertia_bounds(
     matrices = _matrices(arm)
     elbows = np.linspace(-np.pi, np.pi, POSES)
 
-    def singular(q2: np.ndarray) -> np.ndarray:
-        return np.linalg.svd(matrices(q2, corners[0])[1], compute_uv=False)[:, -1]
-
-    admitted = _admitted(singular, elbows, sigma_J)
+    admitted = _admitted(arm, elbows, sigma_J)
     easiest, heaviest = 0.0, 0.0
     for corner in corners:
         M, _ = matrices(elbows, corner)
         if (np.linalg.eigvalsh(M)[:, 0] <= 0).any():
             named = ", ".join(f"{n} = {v:g}" for n, v in zip(arm.inertial, corner, strict=True))
             raise AlightError(
-                f"the box of theta_r admits {named}: an inertia matrix that is not positive "
-                "definite; make the box narrower"
+                f"law.theta_r: its box admits {named}, an inertia matrix that is not positive "
+                "definite; bring lower and upper closer together"
             )
 
         def mobility(q2: np.ndarray, at: np.ndarray = corner) -> np.ndarray:
@@ -111,26 +105,37 @@ def _matrices(arm: Arm) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, 
     return at
 
 
-def _admitted(
-    singular: Callable[[np.ndarray], np.ndarray], elbows: np.ndarray, sigma_J: float
-) -> np.ndarray:
+def least_singular_values(arm: Arm, elbows: np.ndarray) -> np.ndarray:
+    """Smaller singular value of ``J`` [m] at each of some elbow angles [rad]; the base is free."""
+    known = np.array([getattr(arm, name) for name in arm.inertial], dtype=float)
+    return np.linalg.svd(_matrices(arm)(elbows, known)[1], compute_uv=False)[:, -1]
+
+
+def _admitted(arm: Arm, elbows: np.ndarray, sigma_J: float) -> np.ndarray:
     """Elbow angles whose Jacobian is regular enough, and the borders of that set."""
-    values = singular(elbows)
+    from scipy.optimize import brentq  # a third of a second, which an import need not cost
+
+    values = least_singular_values(arm, elbows)
     if values.max() < sigma_J:
         raise AlightError(
             f"assumptions.sigma_J = {sigma_J:g}: no pose has both singular values of J above it; "
             f"the largest smaller one is {values.max():.3g} m"
         )
+
+    def excess(q2: float) -> float:
+        return float(least_singular_values(arm, np.array([q2]))[0]) - sigma_J
+
     inside = values >= sigma_J
     borders = [
-        brentq(lambda q2: float(singular(np.array([q2]))[0]) - sigma_J, *elbows[i : i + 2])
-        for i in np.flatnonzero(inside[1:] != inside[:-1])
+        brentq(excess, *elbows[i : i + 2]) for i in np.flatnonzero(inside[1:] != inside[:-1])
     ]
     return np.sort(np.concatenate([elbows[inside], borders]))
 
 
 def _largest(value: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> float:
     """Largest value at the given angles, refined between the neighbours of the best."""
+    from scipy.optimize import minimize_scalar
+
     found = value(at)
     best = int(found.argmax())
     low, high = at[max(best - 1, 0)], at[min(best + 1, len(at) - 1)]
