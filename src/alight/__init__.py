@@ -43,7 +43,7 @@ _HOME = {
         "simulate",
         "simulate_batch",
     ),
-    "alight.theory": ("inspect",),
+    "alight.theory": ("check", "inspect"),
     "alight.errors": ("AlightError",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}

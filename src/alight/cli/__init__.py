@@ -12,6 +12,7 @@ import typer
 
 import alight
 from alight.cli.bench import bench
+from alight.cli.check import check
 from alight.cli.guard import add, example_text
 from alight.cli.identify import identify
 from alight.cli.reproduce import reproduce
@@ -29,6 +30,7 @@ app = typer.Typer(
 )
 add(app, reproduce, example="alight reproduce --out results")
 add(app, run, example="alight run experiment-1 --set duration=2 --set steady_state=1 --out strike")
+add(app, check, example="alight check experiment-1 --set law.gains.alpha1=25 --out certificate")
 add(app, scenarios, example="alight scenarios experiment-1")
 add(app, bench, example="alight bench --only scipy --only batch")
 add(app, identify, example="alight identify --out identified --generations 400 --seed 2")

@@ -5,6 +5,7 @@ no window and leaves Matplotlib's global settings alone.
 """
 
 from alight.figures.animation import animate
+from alight.figures.certificate import lyapunov, stable_region
 from alight.figures.error_panels import errors
 from alight.figures.files import save
 from alight.figures.plan import plan_view
@@ -17,7 +18,9 @@ __all__ = [
     "computed_torques",
     "desired_trajectory",
     "errors",
+    "lyapunov",
     "plan_view",
     "save",
+    "stable_region",
     "torques",
 ]
