@@ -67,6 +67,8 @@ def keep_certificate(made: Certificate, folder: Path) -> None:
 
 
 def _lyapunov(made: Certificate) -> Figure:
+    import numpy as np
+
     from alight.figures import lyapunov
 
     traces = made.lyapunov
@@ -74,6 +76,9 @@ def _lyapunov(made: Certificate) -> Figure:
     owed, most = (traces[name].upper for name in ("V_r", "V_r over the boxes"))
     assert owed is not None and most is not None  # both are bounded from above
     bounds = {"V_r": {"V_r(0) less the dissipation": owed, "R, over the boxes": most}}
+    V_u = made.theorem_1.corrected.constant("V_u").value
+    if V_u is not None:
+        bounds["V"] = {"V_u of Theorem 1, corrected": np.full_like(owed, V_u)}
     return lyapunov(traces["V"].t, values, bounds, made.recording["Lambda"] > 0)
 
 

@@ -24,6 +24,9 @@ from alight.figures.style import (
     styled,
 )
 
+DECADE = 10.0
+"""Ratio of greatest to least value from which on an axis is logarithmic."""
+
 
 @styled
 def lyapunov(
@@ -66,7 +69,8 @@ def lyapunov(
                 bounds.get(name, {}).items(), (DASHED, FAINT), strict=False
             ):
                 ax.plot(t[shown], np.broadcast_to(bound, t.shape)[shown], label=told, **style)
-            ax.set_yscale("log")
+            if value[shown].min() * DECADE < value[shown].max():
+                ax.set_yscale("log")
             ax.set_xlim(0.0, end)
     for ax, name in zip(whole, values, strict=True):
         ax.set_ylabel(f"${name}$ [J]")
@@ -76,7 +80,13 @@ def lyapunov(
 
 def _legend_above(ax: Axes) -> None:
     if len(ax.get_lines()) > 1:
-        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
+        ax.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=3,
+            borderaxespad=0.1,
+            columnspacing=1.0,
+        )
 
 
 def _shade(ax: Axes, t: np.ndarray, contact: np.ndarray) -> None:

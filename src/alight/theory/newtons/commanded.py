@@ -91,7 +91,7 @@ def first_commands(run: Shown) -> Iterator[Bound]:
                     proven="identity",
                     meaning="Computed by the law at its first sample: known before the run."
                     if not which
-                    else "What the law would compute first if it knew the shipped plant.",
+                    else "What the law would compute first if it knew the plant of the scenario.",
                     value=float(values[i]),
                     simulated=None if which else float(recorded[i]),
                     known=float(run.motor_limit[i]) if clips else None,

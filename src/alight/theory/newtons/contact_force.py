@@ -16,7 +16,7 @@ from alight.theory.proven.contact import mass_bounds, mass_obstacle
 
 
 def final_force(run: Shown) -> Iterator[Bound]:
-    """``k_s (x_md - x_0)``, for every admitted spring and for the shipped one."""
+    """``k_s (x_md - x_0)``, for every admitted spring and for the true one."""
     case, document, recording = run.case, run.scenario.document, run.recording
     body, x_md = case.plant.body, case.law.target.x_md
     ended = recording.verdict.completed
@@ -37,7 +37,7 @@ def final_force(run: Shown) -> Iterator[Bound]:
         **shared,  # type: ignore[arg-type]
     )
     yield Bound(
-        name="final contact force on the shipped plant",
+        name="final contact force with the true spring",
         proven="identity",
         meaning="The same for the spring that is simulated.",
         value=float(body.k_s * body.Y_d(x_md)),
@@ -112,7 +112,7 @@ def energy(run: Shown) -> Iterator[Bound]:
                 "A monitor from torques and angles; friction and damping only lower it. The force "
                 "of a contact's damper comes on top, and what a bristle of tip friction gives back."
                 if contact is stiffest
-                else f"The same with the shipped K_I; its least slack in contact is {least}."
+                else f"The same with the true K_I; its least slack in contact is {least}."
             ),
             value=None if why else float(elastic_force(contact, np.array(value))),
             undefined=why,

@@ -77,7 +77,7 @@ def impact(run: Shown) -> Iterator[Bound]:
         statement="F_m ~ v sqrt(K_I m)",
         unit="N",
         proven="heuristic",
-        meaning="The same with the speed that the run shows and the shipped m and K_I: how good "
+        meaning="The same with the speed that the run shows, and the true m and K_I: how good "
         "the rule itself is.",
         value=None if shown is None else shown * float(np.sqrt(plant.contact.K_I * plant.body.m)),
         undefined="" if shown is not None else "the run shows no first touch",

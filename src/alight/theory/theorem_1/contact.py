@@ -110,13 +110,13 @@ def _70a(d: Design, f: Formulas, decay: Decay) -> Condition:
     defined = decay.u_f is not None
     side = f"right side is at most {right:.3g}" if divides else f"left side is at least {left:.3g}"
     return Condition(
-        "(70a)",
-        f.statements["(70a)"],
+        "(70), k1",
+        f.statements["(70), k1"],
         left if defined or divides else None,
         "<",
         right if defined or not divides else None,
         "",
-        f"Only so is there a k2 for (70b). {SUPERFLUOUS}",
+        f"Only so is there a k2 for the other one. {SUPERFLUOUS}",
         undefined=decay.undefined("eps_f", f"the {side}"),
         fails=not defined and left >= right,
     )
@@ -127,14 +127,14 @@ def _70b(d: Design, f: Formulas, decay: Decay) -> Condition:
     u_f = decay.least_u_f
     lead = _lead(d, f.spread(u_f))
     load = float(np.arctanh(u_f)) + f.hindrance(d, d.e_m_upper)
-    none = "no k2 will do: its factor in (69) is not positive, and (70a) fails"
+    none = "no k2 will do: its factor in (69) is not positive, and (70) fails for k1"
     right, certain = None, none
     if lead > 0:
         right, certain = load / lead, f"the right side is at least {load / lead:.3g}"
     defined = decay.u_f is not None and right is not None
     return Condition(
-        "(70b)",
-        f.statements["(70b)"],
+        "(70), k2",
+        f.statements["(70), k2"],
         d.gains.k2,
         ">=",
         right if defined else None,

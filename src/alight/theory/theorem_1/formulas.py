@@ -62,8 +62,8 @@ class Printed(Formulas):
     inside = 5.0
     statements: ClassVar[Mapping[str, str]] = {
         "(26)": "k1 = (3 + k_n1 zeta_1^2) / m_l for a k_n1 of (37)",
-        "(38a)": "alpha2 > zeta_K_upper^2 / (4 alpha)",
-        "(38b)": "alpha2 > zeta_K_upper^2 zeta_xm^2 / lambda",
+        "(38), first": "alpha2 > zeta_K_upper^2 / (4 alpha)",
+        "(38), second": "alpha2 > zeta_K_upper^2 zeta_xm^2 / lambda",
         "(59)": "k3 alpha > (sqrt(2 (lambda_1 |z_bar(0)|^2 + zeta_theta) / a1) + 1)^2",
         "(62)": (
             "k3 alpha > (sqrt(2 (5 lambda_1 atanh(sqrt(eps_x / lambda))^2 + zeta_theta) / a1)"
@@ -78,8 +78,8 @@ class Printed(Formulas):
             "k2 (tanh(eps_m) - k1 cosh(eps_f)^2) >= eps_f - x_md theta_dk_lower"
             " + (eps_m_upper + x_0) theta_dk_upper"
         ),
-        "(70a)": "k1 < tanh(eps_m) / cosh(eps_f)^2",
-        "(70b)": (
+        "(70), k1": "k1 < tanh(eps_m) / cosh(eps_f)^2",
+        "(70), k2": (
             "k2 >= (eps_f - x_md theta_dk_lower + (eps_m_upper + x_0) theta_dk_upper)"
             " / (tanh(eps_m) - k1 cosh(eps_f)^2)"
         ),
@@ -93,14 +93,14 @@ class Printed(Formulas):
         "eps_x": "Printed with zeta_xm alone: a bound only where zeta_xr >= -zeta_xm (E9).",
         "|z_bar|": "The factor sqrt(5) is not needed (E11).",
         "lambda": "The paper never says what lambda is (E10); the scalar gains are the least ones.",
-        "(38a)": "The scalar alpha is the least entry of the diagonal.",
+        "(38), first": "The scalar alpha is the least entry of the diagonal.",
         "(59)": "The scalars k3 and alpha are the least entries of the diagonals.",
         "(62)": "The scalars k3 and alpha are the least entries of the diagonals.",
         "(39)": "The scalars k3 and alpha are the least entries of the diagonals.",
         "(67)": "It depends on where the coordinates begin (E16), and drops tanh(eps_f) (E15).",
         "(69)": "It depends on where the coordinates begin (E16), and drops tanh(eps_f) (E15).",
-        "(70a)": "Dropping tanh(eps_f) is what keeps k1 below tanh(eps_m) (E15).",
-        "(70b)": "It depends on where the coordinates begin (E16), and drops tanh(eps_f) (E15).",
+        "(70), k1": "Dropping tanh(eps_f) is what keeps k1 below tanh(eps_m) (E15).",
+        "(70), k2": "It depends on where the coordinates begin (E16), and drops tanh(eps_f) (E15).",
     }
 
     def lambda_1(self, d: Design) -> float:  # noqa: D102
@@ -139,8 +139,8 @@ class Corrected(Formulas):
     inside = 1.0
     statements: ClassVar[Mapping[str, str]] = {
         "(26)": "k1 >= (3 + k_n1 zeta_1^2) / m_l for a k_n1 of (37)",
-        "(38a)": "alpha2 > zeta_K_upper^2 / (4 alpha_1)",
-        "(38b)": "alpha2 > zeta_K_upper^2 (zeta_xm - zeta_xr)^2 / (4 lambda)",
+        "(38), first": "alpha2 > zeta_K_upper^2 / (4 alpha_1)",
+        "(38), second": "alpha2 > zeta_K_upper^2 (zeta_xm - zeta_xr)^2 / (4 lambda)",
         "(59)": "k3_i alpha_i > (sqrt(2 V(0) / a1) + 1)^2, i = 1, 2",
         "(62)": (
             "k3_i alpha_i > (sqrt(2 (lambda_1 atanh(sqrt(eps_x / lambda))^2 + zeta_theta) / a1)"
@@ -152,8 +152,8 @@ class Corrected(Formulas):
             "k2 (tanh(eps_m) - k1 sinh(eps_f) cosh(eps_f)) >= eps_f"
             " + max(0, eps_m_upper + x_0 - x_md) theta_dk_upper"
         ),
-        "(70a)": "k1 sinh(eps_f) cosh(eps_f) < tanh(eps_m)",
-        "(70b)": (
+        "(70), k1": "k1 sinh(eps_f) cosh(eps_f) < tanh(eps_m)",
+        "(70), k2": (
             "k2 >= (eps_f + max(0, eps_m_upper + x_0 - x_md) theta_dk_upper)"
             " / (tanh(eps_m) - k1 sinh(eps_f) cosh(eps_f))"
         ),
@@ -169,14 +169,14 @@ class Corrected(Formulas):
         "lambda": "The largest solution of what the paper leaves circular (E10), axis by axis.",
         "V(0)": "V itself at the start, at the worst truth within the bounds.",
         "V_u": "From V(0) itself, and without the factor 5 (E11).",
-        "(38a)": "Only e_r1 meets eta_m: alpha is that of the axis X1.",
+        "(38), first": "Only e_r1 meets eta_m: alpha is that of the axis X1.",
         "(59)": "From V(0) itself, axis by axis.",
         "(62)": "Without the factor 5 (E11), axis by axis.",
         "(39)": "Axis by axis, with the largest lambda that is consistent with V_u (E10).",
         "(67)": "A mass at rest does not hold the desired position back (E16): this is (66).",
         "(69)": "Free of the origin of the coordinates (E16), tanh(eps_f) kept (E15).",
-        "(70a)": "tanh(eps_f) is kept (E15).",
-        "(70b)": "Free of the origin of the coordinates (E16), tanh(eps_f) kept (E15).",
+        "(70), k1": "tanh(eps_f) is kept (E15).",
+        "(70), k2": "Free of the origin of the coordinates (E16), tanh(eps_f) kept (E15).",
     }
 
     def lambda_1(self, d: Design) -> float:  # noqa: D102

@@ -86,8 +86,8 @@ def _38(d: Design, f: Formulas, decay: Decay) -> tuple[Condition, ...]:
     certain = f"the right side is at least {load / decay.ceiling:.3g}"
     return (
         Condition(
-            "(38a)",
-            f.statements["(38a)"],
+            "(38), first",
+            f.statements["(38), first"],
             alpha2,
             ">",
             alpha2_floor(d.bounds.zeta_K[1], f.alpha_of_contact(d)),
@@ -96,8 +96,8 @@ def _38(d: Design, f: Formulas, decay: Decay) -> tuple[Condition, ...]:
             "with N^2 s/m^2 and so depends on the units.",
         ),
         Condition(
-            "(38b)",
-            f.statements["(38b)"],
+            "(38), second",
+            f.statements["(38), second"],
             alpha2,
             ">",
             None if rate is None else load / rate,

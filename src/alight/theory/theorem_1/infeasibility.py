@@ -10,14 +10,15 @@ Write ``p = zeta_K_upper zeta_xm``, ``w = tanh(eps_m)``, ``kappa = 4 alpha2^2 k_
    the mean of two numbers being no less than their geometric one.
 
 *As printed.* ``t^2 = p^2 / (alpha2 lambda) >= c^2 / alpha2^2``, ``c^2 = p^2 kappa / (kappa - 1)``.
-(70a) is ``w > k1 / (1 - t^2) >= sqrt(3 kappa) alpha2^3 / (alpha2^2 - c^2)``; over ``alpha2 > c``
-this is least at ``alpha2 = sqrt(3) c``, where it is
+(70) for k1 is ``w > k1 / (1 - t^2) >= sqrt(3 kappa) alpha2^3 / (alpha2^2 - c^2)``; over
+``alpha2 > c`` this is least at ``alpha2 = sqrt(3) c``, where it is
 ``sqrt(3 kappa) (3 sqrt(3) / 2) c = (9/2) p kappa / sqrt(kappa - 1)``, and that is least at
 ``kappa = 2``. Hence **9 zeta_K_upper zeta_xm < tanh(eps_m)**. Also ``w > k1 > 3 / m_l``.
 
 *As corrected.* With ``p`` for ``zeta_K_upper (zeta_xm - zeta_xr) / 2`` ``t`` is as before, and
-(70a) is ``w > k1 t / (1 - t^2) >= k1 t >= sqrt(3) p kappa / sqrt(kappa - 1) >= 2 sqrt(3) p``. Hence
-**sqrt(3) zeta_K_upper (zeta_xm - zeta_xr) < tanh(eps_m)**, and no condition on the mass.
+(70) for k1 is ``w > k1 t / (1 - t^2) >= k1 t >= sqrt(3) p kappa / sqrt(kappa - 1)``, and that is
+at least ``2 sqrt(3) p``. Hence **sqrt(3) zeta_K_upper (zeta_xm - zeta_xr) < tanh(eps_m)**, and no
+condition on the mass.
 
 Both are sharp. Take ``m_u`` and ``zeta_K`` hardly apart and ``kappa = 2``, ``alpha1`` and
 ``alpha3`` small, ``k2`` so large that ``alpha2`` is the least in (37), ``alpha`` and ``k3`` large.

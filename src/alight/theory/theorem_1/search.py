@@ -17,7 +17,7 @@ from alight.theory.theorem_1.formulas import Formulas
 from alight.theory.theorem_1.infeasibility import stiffness_limit
 from alight.theory.theorem_1.reading import Reading
 
-SOUGHT = ("(26)", "(37)", "(38a)", "(38b)", "(70a)", "(70b)")
+SOUGHT = ("(26)", "(37)", "(38), first", "(38), second", "(70), k1", "(70), k2")
 DECADES = ((-4.0, 3.0), (0.0, 8.0), (-8.0, 2.0), (-4.0, 3.0), (-8.0, 2.0), (-3.0, 4.0))
 """Powers of ten between which ``k1, k2, alpha1, alpha2, alpha3, m_l`` are sought, in SI units."""
 NARROW = 1 + 1e-9
@@ -105,5 +105,5 @@ def _least_margin(reading: Reading) -> float:
 def _normalised(condition: Condition) -> float:
     left, right, margin = condition.left, condition.right, condition.margin
     if left is None or right is None or margin is None:
-        return 0.0  # (70b) without a right side: (70a) fails then, and tells how far
+        return 0.0  # (70) for k2 without a right side: that for k1 fails then, and tells how far
     return margin / (abs(left) + abs(right))
