@@ -80,7 +80,7 @@ def test_the_first_command_is_that_of_the_run(name):
 
 @each
 def test_the_force_at_rest_is_that_of_the_spring(name):
-    bound = table(name)["final contact force on the shipped plant"]
+    bound = table(name)["final contact force with the true spring"]
     assert bound.ratio == pytest.approx(1, abs=1e-3)
     interval = table(name)["final contact force"]
     assert interval.lower < bound.value < interval.value
