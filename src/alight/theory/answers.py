@@ -55,7 +55,8 @@ def _touch(made: Certificate) -> str:
     seen = "the run never touches"
     if touching.any():
         seen = f"the run touches after {float(made.recording.t[int(np.argmax(touching))]):.3g} s"
-    return f"It touches the body within {number(latest.value)} s (Proposition C; {seen})."
+    within = f"within {number(latest.value)} s"
+    return f"On the model it touches the body {within} (Proposition C; {seen})."
 
 
 def _force(made: Certificate) -> str:
