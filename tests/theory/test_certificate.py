@@ -116,6 +116,18 @@ def test_on_the_papers_own_model_sampling_alone_and_the_run_are_left():
     assert "model" not in broken and "testbed" in broken
 
 
+@pytest.mark.parametrize(("a1", "holds"), [(0.05, True), (5.0, False)])
+def test_a_wide_box_needs_a1_which_is_held_against_the_arm(a1, holds):
+    wide = list(alight.load_scenario(SHORT_ARM).law.theta_r.upper)
+    wide[8] = 1.0
+    made = check(
+        alight.load_scenario(SHORT_ARM, {"law.theta_r.upper": wide, "assumptions.a1": a1, **SHORT})
+    )
+    assert made.case.inertia.a1 == a1
+    assert assumption(made, "M_bar no smaller").holds is holds
+    assert made.certified is holds
+
+
 def test_a_truth_outside_its_box_is_seen_by_entry():
     lower = [1.0] * 10
     upper = list(alight.load_scenario("experiment-1").law.theta_r.upper)

@@ -79,6 +79,15 @@ def test_a_box_that_admits_no_inertia_matrix_is_refused_with_the_corner():
         inertia_bounds(PLANT.arm, np.array([p[1] / 2, p[1], p[2]]), p, 0.1)
 
 
+def test_a_box_that_admits_no_inertia_matrix_needs_a_bound_from_elsewhere():
+    p = numbers(PLANT.arm)
+    low = np.array([p[1] / 2, p[1], p[2]])
+    bounds = inertia_bounds(PLANT.arm, low, p, 0.1, a1=0.3)
+    known = inertia_bounds(PLANT.arm, p, p, 0.1)
+    assert bounds.a1 == 0.3 and bounds.a2 >= known.a2 / SLACK
+    assert inertia_bounds(PLANT.arm, p, p, 0.1, a1=known.a1 / 2) == known
+
+
 def test_a_demand_that_no_pose_meets_is_refused_with_the_best_pose():
     p = numbers(told().model.arm)
     with pytest.raises(AlightError, match=r"assumptions.sigma_J = 5: no pose .* is 0\.\d+ m"):

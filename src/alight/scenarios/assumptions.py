@@ -27,6 +27,10 @@ class Assumptions:
     sigma_J: Annotated[
         Positive, Quantity("m", "lower bound of the singular values of J, delta of Remark 1")
     ]
+    a1: Annotated[
+        Positive | None,
+        Quantity("kg", "lower bound of M_bar, (9); that of the box of theta_r if absent"),
+    ] = None
 
     def __post_init__(self) -> None:
         pairs: dict[str, Pair] = {

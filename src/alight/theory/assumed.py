@@ -12,7 +12,7 @@ from alight.models import LinearSpring
 from alight.scenarios import Scenario
 from alight.simulation import Recording
 from alight.theory.case import Case
-from alight.theory.inertia import least_singular_values
+from alight.theory.inertia import inertia_bounds, least_singular_values
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,11 @@ def _knowledge(case: Case) -> Iterator[Assumed]:
     outside = [int(i) + 1 for i in np.flatnonzero((theta_r < lower) | (theta_r > upper))]
     told = f"entries {outside} outside" if outside else "every entry"
     yield Assumed("knowledge", "theta_r within its box", "(34)", not outside, told)
+    if b.a1 is not None:
+        p = np.array([getattr(plant.arm, name) for name in plant.arm.inertial])
+        true = inertia_bounds(plant.arm, p, p, b.sigma_J).a1
+        told = f"{true:.4g} kg at least, over all poses"
+        yield Assumed("knowledge", "M_bar no smaller than a1", "(9)", true >= b.a1, told)
     least, most = b.zeta_ks[0] / b.zeta_K[1], b.zeta_ks[1] / b.zeta_K[0]
     covered = dk[0] <= least and most <= dk[1]
     told = f"[{least:.4g}, {most:.4g}] against the box [{dk[0]:.4g}, {dk[1]:.4g}]"

@@ -62,7 +62,7 @@ def case_of(scenario: Scenario) -> Case:
     return Case(
         law=law,
         bounds=bounds,
-        inertia=inertia_bounds(plant.arm, *inertia_box(law), bounds.sigma_J),
+        inertia=inertia_bounds(plant.arm, *inertia_box(law), bounds.sigma_J, bounds.a1),
         plant=plant,
         s=PlantState(np.array(start.q), np.array(start.q_dot), start.x_m, start.x_m_dot, 0.0),
         a=AdaptiveState(**law.initial_state()),

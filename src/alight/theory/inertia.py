@@ -39,7 +39,9 @@ def inertia_box(law: AdaptiveContactLaw) -> tuple[np.ndarray, np.ndarray]:
     return np.array(law.theta_r.lower)[alone], np.array(law.theta_r.upper)[alone]
 
 
-def inertia_bounds(arm: Arm, lower: np.ndarray, upper: np.ndarray, sigma_J: float) -> InertiaBounds:
+def inertia_bounds(
+    arm: Arm, lower: np.ndarray, upper: np.ndarray, sigma_J: float, a1: float | None = None
+) -> InertiaBounds:
     """Bound ``M_bar`` over a box of inertial parameters and all poses.
 
     The eigenvalues of ``M_bar`` depend on the elbow alone. ``M_bar`` is linear in the parameters
@@ -54,26 +56,23 @@ def inertia_bounds(arm: Arm, lower: np.ndarray, upper: np.ndarray, sigma_J: floa
         Bounds of ``arm.inertial``; equal ones for a parameter that is known.
     sigma_J : float
         Smallest singular value of ``J`` that is admitted [m], Remark 1.
+    a1 : float, optional
+        Lower bound of ``M_bar`` that is known otherwise [kg]; a box that admits inertias which no
+        arm has gives none.
 
     Raises
     ------
     AlightError
-        If the box admits an inertia that is not positive definite, or no pose is admitted.
+        If the box admits an inertia that is not positive definite and ``a1`` is not given, or if
+        no pose is admitted.
     """
     corners = np.unique(list(itertools.product(*zip(lower, upper, strict=True))), axis=0)
     matrices = _matrices(arm)
     elbows = np.linspace(-np.pi, np.pi, POSES)
 
     admitted = _admitted(arm, elbows, sigma_J)
-    easiest, heaviest = 0.0, 0.0
+    least, heaviest = np.inf, 0.0
     for corner in corners:
-        M, _ = matrices(elbows, corner)
-        if (np.linalg.eigvalsh(M)[:, 0] <= 0).any():
-            named = ", ".join(f"{n} = {v:g}" for n, v in zip(arm.inertial, corner, strict=True))
-            raise AlightError(
-                f"law.theta_r: its box admits {named}, an inertia matrix that is not positive "
-                "definite; bring lower and upper closer together"
-            )
 
         def mobility(q2: np.ndarray, at: np.ndarray = corner) -> np.ndarray:
             M, J = matrices(q2, at)
@@ -84,9 +83,22 @@ def inertia_bounds(arm: Arm, lower: np.ndarray, upper: np.ndarray, sigma_J: floa
             inverse = np.linalg.inv(J)
             return np.linalg.eigvalsh(inverse.transpose(0, 2, 1) @ M @ inverse)[:, -1]
 
-        easiest = max(easiest, _largest(mobility, elbows))
         heaviest = max(heaviest, _largest(inertia, admitted))
-    return InertiaBounds(a1=1 / easiest, a2=heaviest)
+        if (np.linalg.eigvalsh(matrices(elbows, corner)[0])[:, 0] > 0).all():
+            least = min(least, 1 / _largest(mobility, elbows))
+        elif a1 is None:
+            raise AlightError(_no_inertia(arm, corner))
+        else:
+            least = 0.0
+    return InertiaBounds(a1=max(least, a1 or 0.0), a2=heaviest)
+
+
+def _no_inertia(arm: Arm, corner: np.ndarray) -> str:
+    named = ", ".join(f"{n} = {v:g}" for n, v in zip(arm.inertial, corner, strict=True))
+    return (
+        f"law.theta_r: its box admits {named}, an inertia matrix that is not positive definite; "
+        "bring lower and upper closer together, or state assumptions.a1, the lower bound of M_bar"
+    )
 
 
 def _matrices(arm: Arm) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
