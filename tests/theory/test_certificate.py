@@ -59,6 +59,16 @@ def test_the_nearest_gains_satisfy_VTX_over_all_of_the_assumptions(name):
     assert kept == (holds(made, "VTX") is True)
 
 
+def test_proposition_D_has_numbers_where_lambda_exists_and_theorem_1_does_not_imply_it():
+    specimen = certificate("feasible-design.toml")
+    D, corrected = specimen.condition("D"), specimen.theorem_1.corrected
+    assert corrected.holds and D.holds is False
+    assert D.left == corrected.constant("eps_x").value
+    rate = corrected.constant("lambda").value
+    assert rate is not None and D.right == pytest.approx(rate * np.tanh(0.03) ** 2)
+    assert "lambda is undefined" in certificate("experiment-1").condition("D").undefined
+
+
 # Verdict and answers
 
 
@@ -166,6 +176,7 @@ def test_the_page_holds_every_condition_with_both_sides_and_a_sentence(name):
             assert c.undefined in text
     for bound in made.newtons:
         assert bound.meaning in text
+    assert "F_m = K_I max(0, Y_d theta_dk_hat + k2 tanh(e_m)" in text
     assert text.startswith(f"# Certificate of {made.scenario.name}: ")
     assert "nan" not in re.findall(r"\b(?:nan|inf)\b", text)
 

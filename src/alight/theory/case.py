@@ -36,6 +36,11 @@ class Case:
         """Errors at the start."""
         return errors_at(self.law, self.s, self.a)
 
+    @property
+    def compression(self) -> float:
+        """Compression of the spring at the set point, ``x_md - x_0`` [m]: ``e_m`` at rest."""
+        return float(self.law.model.body.Y_d(self.law.target.x_md))
+
 
 def case_of(scenario: Scenario) -> Case:
     """The case that a scenario states.

@@ -17,7 +17,7 @@ from alight.theory.assumed import Assumed, assumed
 from alight.theory.case import Case, case_of
 from alight.theory.condition import Condition, Constant
 from alight.theory.newtons import Bound, Trace, bounds_in_newtons, lyapunov_along
-from alight.theory.proven import constants, nearest_vtx_of, propositions
+from alight.theory.proven import constants, contact_from_V, nearest_vtx_of, propositions
 from alight.theory.region import Region, region
 from alight.theory.sampled import Sampled, sampled
 from alight.theory.theorem_1 import Theorem1, theorem_1
@@ -38,7 +38,7 @@ class Certificate:
     constants: tuple[Constant, ...]
     """What Propositions A to C bound."""
     propositions: tuple[Condition, ...]
-    """LOC, VTX and what else is proven."""
+    """LOC, VTX, Proposition D and what else is proven."""
     nearest: Gains | None
     """The gains nearest to those of the scenario that satisfy VTX; None if none was found."""
     sampled: Sampled
@@ -131,18 +131,25 @@ def check(subject: Scenario | str | Path) -> Certificate:
     scenario = subject if isinstance(subject, Scenario) else load_scenario(subject)
     case = case_of(scenario)
     recording = _numbers(simulate(scenario))
+    theorem = theorem_1(case)
     return Certificate(
         scenario=scenario,
         case=case,
         recording=recording,
         assumed=assumed(case, scenario, recording),
-        theorem_1=theorem_1(case),
+        theorem_1=theorem,
         constants=constants(case),
-        propositions=propositions(case),
+        propositions=(*propositions(case), _contact_from_V(case, theorem)),
         nearest=_nearest(case),
         sampled=sampled(case, scenario, recording),
         newtons=bounds_in_newtons(case, scenario, recording),
     )
+
+
+def _contact_from_V(case: Case, theorem: Theorem1) -> Condition:
+    """Proposition D at the constants of Theorem 1 as corrected."""
+    eps_x, rate = (theorem.corrected.constant(symbol) for symbol in ("eps_x", "lambda"))
+    return contact_from_V(eps_x.value, rate.value, case.compression, rate.undefined)
 
 
 def _nearest(case: Case) -> Gains | None:

@@ -118,7 +118,14 @@ def _newtons(bounds: Sequence[Bound]) -> Table:
         alike.setdefault(key, []).append(b)
     rows = [
         (
-            "\n".join([_names(stem, group), meaning, *sorted({_idle(b) for b in group} - {""})]),
+            "\n".join(
+                [
+                    _names(stem, group),
+                    group[0].statement,
+                    meaning,
+                    *sorted({_idle(b) for b in group} - {""}),
+                ]
+            ),
             *("\n".join(cells) for cells in zip(*map(_figures, group), strict=True)),
             unit,
             STANDING.get(group[0].proven, group[0].proven),

@@ -40,12 +40,11 @@ def region(case: Case, moved: Gains) -> Region:
     alpha1, k1 = (_axis([getattr(g, name) for g in (gains, moved)]) for name in ("alpha1", "k1"))
     spread = {"alpha1": alpha1[None, :], "k1": k1[:, None]}
     plane = rebind(gains, **spread)
-    compression = case.law.target.x_md - case.law.model.body.x_0
     return Region(
         alpha1,
         k1,
         loc_margin(plane),  # type: ignore[arg-type]
-        loc_adapting_margin(plane, b.zeta_K[0] / b.m_u, compression),  # type: ignore[arg-type]
+        loc_adapting_margin(plane, b.zeta_K[0] / b.m_u, case.compression),  # type: ignore[arg-type]
         vtx_margin(plane, b.m_u, b.zeta_K[0]),
         vtx_margin(rebind(moved, **spread), b.m_u, b.zeta_K[0]),
     )

@@ -76,16 +76,16 @@ def first_commands(run: Shown) -> Iterator[Bound]:
     case, law = run.case, run.case.law
     exact = AdaptiveState(case.a.u_f, case.plant.theta_dk, law.theta_r_of(law.pi_of(case.plant)))
     measured = ideal_measurement(case.s)
-    for which, a in (("", case.a), (", with exact estimates", exact)):
+    for which, a in (("", case.a), (" with exact estimates", exact)):
         flow = law.flow(a._asdict(), measured)
         for name, unit, values, recorded in (
             ("F", "N", flow.signals["F"], run.seen["F"][0]),
             ("tau", "N m", flow.tau, run.seen["tau"][0]),
         ):
             for i in range(2):
-                clips = f" The motor gives {run.motor_limit[i]:.3g} N m." if name == "tau" else ""
+                motor = name == "tau"
                 yield Bound(
-                    name=f"{name}(0), entry {i + 1}{which}",
+                    name=f"{name}(0){which}, entry {i + 1}",
                     statement=f"{name}_{i + 1}(0) = its value at the start",
                     unit=unit,
                     proven="identity",
@@ -94,8 +94,8 @@ def first_commands(run: Shown) -> Iterator[Bound]:
                     else "What the law would compute first if it knew the plant of the scenario.",
                     value=float(values[i]),
                     simulated=None if which else float(recorded[i]),
-                    known=float(run.motor_limit[i]) if clips else None,
-                    because="the motor" if clips else "",
+                    known=float(run.motor_limit[i]) if motor else None,
+                    because="the motor" if motor else "",
                 )
 
 

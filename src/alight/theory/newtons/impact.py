@@ -68,7 +68,7 @@ def impact(run: Shown) -> Iterator[Bound]:
         proven="heuristic",
         meaning="A mass struck by a source of constant speed v; m and K_I at their upper bounds. "
         "Beside it the peak of the elastic part up to the first separation.",
-        value=None if fastest is None else fastest * float(np.sqrt(b.zeta_K[1] * b.m_u)),
+        value=None if fastest is None else _blow(fastest, b.zeta_K[1], b.m_u),
         undefined=undefined,
         simulated=force,
     )
@@ -79,10 +79,15 @@ def impact(run: Shown) -> Iterator[Bound]:
         proven="heuristic",
         meaning="The same with the speed that the run shows, and the true m and K_I: how good "
         "the rule itself is.",
-        value=None if shown is None else shown * float(np.sqrt(plant.contact.K_I * plant.body.m)),
+        value=None if shown is None else _blow(shown, plant.contact.K_I, plant.body.m),
         undefined="" if shown is not None else "the run shows no first touch",
         simulated=force,
     )
+
+
+def _blow(speed: float, K_I: float, m: float) -> float:
+    """Peak force [N] of a mass on a spring that is struck at a constant speed [m/s]."""
+    return speed * float(np.sqrt(K_I * m))
 
 
 def _first_speed(run: Shown) -> float | None:

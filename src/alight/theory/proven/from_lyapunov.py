@@ -54,6 +54,7 @@ def contact_from_V(
         relation="<",
         right=None if lambda_ is None else lambda_ * swing_floor(d),
         unit="W",
-        meaning="Where (57) holds, contact follows from V alone: (65)-(70) are not needed.",
+        meaning="Contact follows from (57) alone, without (65)-(70), also of a mass that swings; "
+        "Theorem 1 does not imply it.",
         undefined=undefined,
     )

@@ -19,8 +19,7 @@ def propositions(case: Case) -> tuple[Condition, ...]:
 def _local(case: Case) -> tuple[Condition, Condition]:
     g, b = case.law.gains, case.bounds
     kappa = b.zeta_K[0] / b.m_u
-    compression = case.law.target.x_md - case.law.model.body.x_0
-    plain, adapting = loc_margin(g), loc_adapting_margin(g, kappa, compression)
+    plain, adapting = loc_margin(g), loc_adapting_margin(g, kappa, case.compression)
     return (
         Condition(
             number="LOC",
@@ -96,7 +95,6 @@ def _of_tracking(case: Case) -> tuple[Constant, ...]:
 def _of_first_contact(case: Case) -> tuple[Constant, ...]:
     found = first_contact(case)
     why = found.undefined
-    e_m = case.law.target.x_md - case.law.model.body.x_0
     return (
         Constant("u_inf", "C", found.u_inf, "", "Limit of u_f before contact.", why),
         Constant("s_inf", "C", found.s_inf, "m", "Limit of x_rd1 - x_m before contact.", why),
@@ -104,7 +102,7 @@ def _of_first_contact(case: Case) -> tuple[Constant, ...]:
         Constant(
             "sup |x_m_dot|",
             "filter",
-            float(filter_room(case.law.gains, e_m, 0.0)),
+            float(filter_room(case.law.gains, case.compression, 0.0)),
             "m/s",
             "Speed of the mass at x_0 up to which the filter stays in its domain.",
         ),
