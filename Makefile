@@ -75,7 +75,8 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 lock: ## renew requirements/*.txt from pyproject.toml (needs uv; UPGRADE=--upgrade)
-	$(LOCK) $(UPGRADE) --extra identify --output-file requirements/runtime.txt
+	$(LOCK) $(UPGRADE) --extra identify --extra live --extra drives \
+	    --output-file requirements/runtime.txt
 	$(LOCK) $(UPGRADE) --extra test --constraint requirements/runtime.txt \
 	    --output-file requirements/test.txt
 	$(LOCK) $(UPGRADE) --extra bench --constraint requirements/test.txt \

@@ -81,7 +81,7 @@ def from_data(
     except AlightError as error:
         problem = f"law.type = {document.law.get('type')!r}: {error}"
         raise ScenarioError(label, [problem]) from None
-    return Scenario(
+    made = Scenario(
         name=Path(label).stem,
         document=document,
         law=law,
@@ -89,6 +89,19 @@ def from_data(
         provenance=dict(sources or {}),
         data=content,
     )
+    _refuse_unknown_limits(made, label)
+    return made
+
+
+def _refuse_unknown_limits(scenario: Scenario, label: str) -> None:
+    """Refuse a limit of what is no signal: it would never trip."""
+    known = scenario.closed_loop.signals
+    unknown = [name for name in scenario.document.limits if name not in known]
+    if unknown:
+        signals = ", ".join(sorted(known))
+        raise ScenarioError(
+            label, [f"limits.{n}: no such signal; one of: {signals}" for n in unknown]
+        )
 
 
 def _refuse_endless(document: Document, label: str) -> None:

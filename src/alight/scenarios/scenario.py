@@ -13,6 +13,7 @@ from alight.control import Target
 from alight.control.law import Law
 from alight.models import Plant
 from alight.scenarios.assumptions import Assumptions
+from alight.scenarios.limits import Limit
 from alight.simulation.closed_loop import ClosedLoop, InitialState
 from alight.symbolic.parameters import (
     Pair,
@@ -55,6 +56,7 @@ class Document:
     target: Target
     law: dict[str, Any]
     assumptions: Assumptions | None = None
+    limits: dict[str, Limit] = field(default_factory=dict)
     title: str = ""
     description: str = ""
     duration: Annotated[Positive, Quantity("s", "length of the run")] = 10.0
