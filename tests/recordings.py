@@ -36,3 +36,5 @@ def assert_same(loaded: Recording, saved: Recording) -> None:
     assert list(loaded.layout.signals) == list(saved.layout.signals)
     assert loaded.verdict == saved.verdict
     assert loaded.scenario == saved.scenario
+    assert loaded.events == saved.events
+    assert loaded.bench == saved.bench

@@ -60,7 +60,7 @@ def whole_file(path: str | Path) -> Iterator[BinaryIO]:
             os.fsync(file.fileno())
         os.replace(temporary, target)
         temporary = ""
-        _force_folder(os.path.dirname(target))
+        force_folder(os.path.dirname(target))
     except OSError as error:
         raise FileError(path, f"cannot be written: {error.strerror or error}") from error
     finally:
@@ -89,8 +89,8 @@ def _mode_of_old(target: str, path: str | Path) -> int | None:
     return stat.S_IMODE(found.st_mode)
 
 
-def _force_folder(folder: str) -> None:
-    """Force the new name to the disk, where the file system can: the file itself is safe."""
+def force_folder(folder: str) -> None:
+    """Force the names of a folder to the disk, where the file system can."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -127,9 +127,9 @@ def assert_refused(path: Path, complaint: str) -> None:
     assert caught.value.path == path
 
 
-@each_format
-def test_a_file_that_was_cut_anywhere_is_refused(tmp_path, suffix):
-    whole, cut = tmp_path / f"whole.{suffix}", tmp_path / f"cut.{suffix}"
+def test_a_parquet_file_that_was_cut_anywhere_is_refused(tmp_path):
+    """One of MCAP opens up to there: see test_recording_cuts."""
+    whole, cut = tmp_path / "whole.parquet", tmp_path / "cut.parquet"
     small(2).save(whole)
     content = whole.read_bytes()
     for length in {*range(0, len(content), 29), *range(len(content) - 20, len(content))}:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from alight.errors import UnknownName
+from alight.simulation.recording_events import Event
 from alight.simulation.verdict import Verdict
 from alight.symbolic.signals import Layout
 
@@ -30,6 +32,10 @@ class Recording:
     verdict: Verdict
     scenario: Mapping[str, Any] = field(default_factory=dict)
     """The scenario that was run, as plain data."""
+    events: tuple[Event, ...] = ()
+    """What happened in the course of the run: on the live bench, changes made by hand and trips."""
+    bench: Mapping[str, Any] = field(default_factory=dict)
+    """How the live bench stood when the run began, as plain data; empty for a simulation."""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -57,8 +63,14 @@ class Recording:
 
     def last(self, seconds: float) -> Recording:
         """The part of the recording within ``seconds`` of its end."""
-        kept = self.t > self.t[-1] - seconds
-        return Recording(self.t[kept], self.samples[kept], self.layout, self.verdict, self.scenario)
+        start = self.t[-1] - seconds
+        kept = self.t > start
+        return dataclasses.replace(
+            self,
+            t=self.t[kept],
+            samples=self.samples[kept],
+            events=tuple(event for event in self.events if event.t > start),
+        )
 
     def peak(self, name: str) -> Any:
         """Largest magnitude of a signal: a float, or one for each entry of a vector."""
@@ -79,7 +91,10 @@ class Recording:
 
     @staticmethod
     def load(path: str | Path) -> Recording:
-        """Load what `save` saved, exact to the bit.
+        """Load what `save` or the live bench saved, exact to the bit.
+
+        A recording of the live bench that was cut off by a kill or by the end of the power opens
+        up to there, and its ``verdict`` says so; one that goes on in files beside it is joined.
 
         Raises
         ------

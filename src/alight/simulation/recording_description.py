@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +17,7 @@ import alight
 from alight.errors import AlightError, UnknownName
 from alight.files import FileError
 from alight.simulation.recording import Recording
+from alight.simulation.recording_events import Event
 from alight.simulation.verdict import Outcome, Verdict
 from alight.symbolic.parameters import problems_of
 from alight.symbolic.signals import Layout, Signal
@@ -46,14 +48,21 @@ class _StoredVerdict:
 class _Stored:
     format: int
     version: str
-    samples: int
+    samples: int | None
     verdict: _StoredVerdict
     layout: dict[str, Signal]
     scenario: dict[str, Any]
+    events: list[Event] = field(default_factory=list)
+    bench: dict[str, Any] = field(default_factory=dict)
 
 
-def description_of(recording: Recording) -> str:
-    """Everything about a recording but its numbers, as JSON.
+@functools.cache
+def _adapter() -> pydantic.TypeAdapter[_Stored]:
+    return pydantic.TypeAdapter(_Stored)
+
+
+def description_of(recording: Recording, events: bool = True) -> str:
+    """Everything about a recording but its numbers, as JSON; its events are left out on request.
 
     Numbers that are not finite stand as ``NaN`` and ``Infinity``; a scenario of Alight's own
     laws has none.
@@ -63,24 +72,8 @@ def description_of(recording: Recording) -> str:
     AlightError
         If the scenario holds something that is not plain data.
     """
-    verdict = recording.verdict
-    content = {
-        "format": FORMAT,
-        "version": alight.__version__,
-        "samples": len(recording),
-        "verdict": {
-            "outcome": verdict.outcome.name,
-            "time": verdict.time,
-            "signal": verdict.signal,
-            "cause": verdict.cause,
-        },
-        "layout": {n: dataclasses.asdict(s) for n, s in recording.layout.signals.items()},
-        "scenario": recording.scenario,
-    }
-    try:
-        return json.dumps(content, default=_plain)
-    except (TypeError, ValueError) as error:
-        raise AlightError(f"the recording cannot be described as JSON: {error}") from error
+    known = (recording.layout, recording.verdict, recording.scenario, recording.bench)
+    return Description(len(recording), *known, recording.events if events else ()).as_json()
 
 
 def _plain(value: Any) -> Any:
@@ -120,10 +113,43 @@ def names_and_numbers(recording: Recording) -> tuple[list[str], np.ndarray]:
 class Description:
     """What a file says about the recording in it."""
 
-    samples: int
+    samples: int | None
+    """How many there are; None while they are being recorded."""
     layout: Layout
     verdict: Verdict
     scenario: Mapping[str, Any]
+    bench: Mapping[str, Any] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    """Only where the file has no better place for them."""
+
+    def as_json(self) -> str:
+        """The description as JSON.
+
+        Raises
+        ------
+        AlightError
+            If the scenario holds something that is not plain data.
+        """
+        verdict = self.verdict
+        content = {
+            "format": FORMAT,
+            "version": alight.__version__,
+            "samples": self.samples,
+            "verdict": {
+                "outcome": verdict.outcome.name,
+                "time": verdict.time,
+                "signal": verdict.signal,
+                "cause": verdict.cause,
+            },
+            "layout": {n: dataclasses.asdict(s) for n, s in self.layout.signals.items()},
+            "scenario": self.scenario,
+            **({"bench": self.bench} if self.bench else {}),
+            **({"events": [event.as_dict() for event in self.events]} if self.events else {}),
+        }
+        try:
+            return json.dumps(content, default=_plain)
+        except (TypeError, ValueError) as error:
+            raise AlightError(f"the recording cannot be described as JSON: {error}") from error
 
     @classmethod
     def read(cls, text: str | bytes, path: Path) -> Description:
@@ -142,7 +168,7 @@ class Description:
                 f"this is Alight {alight.__version__}, which reads format {FORMAT}",
             )
         try:
-            stored = pydantic.TypeAdapter(_Stored).validate_python(content)
+            stored = _adapter().validate_python(content)
         except pydantic.ValidationError as error:
             lines = "; ".join(problems_of(error))
             raise FileError(path, f"its description of the recording is wrong: {lines}") from None
@@ -152,6 +178,8 @@ class Description:
             layout=Layout(stored.layout),
             verdict=Verdict(ending.outcome, ending.time, ending.signal, ending.cause),
             scenario=stored.scenario,
+            bench=stored.bench,
+            events=tuple(stored.events),
         )
 
     @property
@@ -174,5 +202,16 @@ class Description:
                 f"holds {numbers.shape[0]} samples of {numbers.shape[1]} columns where its "
                 f"description promises {expected[0]} of {expected[1]}; part of it is missing",
             )
-        t, samples = numbers[:, 0].copy(), numbers[:, 1:].copy()
-        return Recording(t, samples, self.layout, self.verdict, self.scenario)
+        return self.of(numbers)
+
+    def of(self, numbers: np.ndarray) -> Recording:
+        """The recording with these numbers, however many there are."""
+        return Recording(
+            t=numbers[:, 0].copy(),
+            samples=numbers[:, 1:],
+            layout=self.layout,
+            verdict=self.verdict,
+            scenario=self.scenario,
+            events=self.events,
+            bench=self.bench,
+        )

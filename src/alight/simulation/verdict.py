@@ -12,6 +12,9 @@ class Outcome(Enum):
     COMPLETED = "ran to its end"
     TRIPPED = "the law left its domain; use smaller gains, or a start nearer to the target"
     DIVERGED = "the loop is unstable with these gains and this plant; see condition LOC"
+    STOPPED = "ended by hand; nothing failed"
+    HALTED = "the bench took the torques away; see the reason, and reset when it is mended"
+    CUT_OFF = "the recording ends early; what it holds is whole"
     NOT_FINITE = "a signal is no longer a number; see whether the arm passed a singular pose"
 
 
