@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -14,7 +13,7 @@ from alight.kernels.select import Backend
 from alight.kernels.stepper import Stepper
 from alight.simulation.closed_loop import SENSORS, ClosedLoop
 from alight.simulation.law_tick import LAW_TRIPS, law_parameters, law_tick
-from alight.symbolic.parameters import numeric_fields, structure_of, values_of
+from alight.symbolic.parameters import numeric_fields, replaced, structure_of, values_of
 from alight.symbolic.signals import Layout
 from alight.testbed import SensorState
 
@@ -170,7 +169,7 @@ class Controller:
         """
         for path in values:
             self._check(path)
-        loop = _replaced(self.loop, values)
+        loop = replaced(self.loop, values)
         for name, part in law_parameters(loop).items():
             if structure_of(part) != structure_of(getattr(self.loop, name)):
                 raise AlightError(f"{', '.join(values)}: another shape needs a new Controller")
@@ -207,12 +206,3 @@ def _paths(loop: ClosedLoop, used: tuple[bool, ...]) -> tuple[str, ...]:
         for path, value, _ in numeric_fields(part, f"{name}.")
         if any([next(left) for _ in np.atleast_1d(value)])
     )
-
-
-def _replaced(node: Any, values: Mapping[str, Any]) -> Any:
-    """A dataclass with some values, given by path, replaced and validated."""
-    direct = {path: value for path, value in values.items() if "." not in path}
-    for name in {path.split(".")[0] for path in values if "." in path}:
-        own = {p.split(".", 1)[1]: v for p, v in values.items() if p.startswith(f"{name}.")}
-        direct[name] = _replaced(getattr(node, name), own)
-    return dataclasses.replace(node, **direct)

@@ -154,6 +154,21 @@ def is_parameters(obj: Any) -> bool:
     return dataclasses.is_dataclass(obj) and not isinstance(obj, type)
 
 
+def replaced(obj: Any, values: Mapping[str, Any]) -> Any:
+    """A copy with some values, given by path such as ``law.gains.k1``, replaced and validated.
+
+    Raises
+    ------
+    InvalidParameters
+        If a value is refused: its shape, a bound, or what the values must fulfil together.
+    """
+    direct = {path: value for path, value in values.items() if "." not in path}
+    for name in {path.split(".")[0] for path in values if "." in path}:
+        own = {p.split(".", 1)[1]: v for p, v in values.items() if p.startswith(f"{name}.")}
+        direct[name] = replaced(getattr(obj, name), own)
+    return dataclasses.replace(obj, **direct)
+
+
 @functools.cache
 def quantities(cls: type) -> dict[str, Quantity]:
     """Unit and meaning of each numeric field of a parameter class."""

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from alight.models.contact import ContactLaw
+from alight.theory.case import Case
 from alight.theory.newtons.bound import Bound
 from alight.theory.newtons.commanded import ON_MODEL
 from alight.theory.newtons.energy import available, elastic_force
@@ -21,7 +22,7 @@ def final_force(run: Shown) -> Iterator[Bound]:
     body, x_md = case.plant.body, case.law.target.x_md
     ended = recording.verdict.completed
     late = recording.last(document.steady_state)["F_m"]
-    ends = [float(k_s * body.Y_d(x_md)) for k_s in case.bounds.zeta_ks]
+    ends = final_forces(case)
     shared = {
         "unit": "N",
         "statement": "F_m = k_s (x_md - x_0) at rest",
@@ -43,6 +44,12 @@ def final_force(run: Shown) -> Iterator[Bound]:
         value=float(body.k_s * body.Y_d(x_md)),
         **shared,  # type: ignore[arg-type]
     )
+
+
+def final_forces(case: Case) -> tuple[float, float]:
+    """Contact force [N] that holds the mass at its set point, for the ends of ``zeta_ks``."""
+    softest, stiffest = (float(k_s * case.compression) for k_s in case.bounds.zeta_ks)
+    return softest, stiffest
 
 
 def identity(run: Shown) -> Iterator[Bound]:

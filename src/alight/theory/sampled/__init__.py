@@ -2,7 +2,7 @@
 
 from alight.theory.sampled.adaptation import AdaptationSteps, adaptation_steps
 from alight.theory.sampled.linear import LinearLoop, linear_loop
-from alight.theory.sampled.loops import AtRate, SampledLoop, sampled_loops
+from alight.theory.sampled.loops import AtRate, SampledLoop, linear_loops, sampled_loops
 from alight.theory.sampled.report import Sampled, sampled
 from alight.theory.sampled.rest import Rest, rest_in_contact, rest_in_free_motion
 from alight.theory.sampled.spectrum import Spectrum, growth, largest_sample_time, spectrum
@@ -19,6 +19,7 @@ __all__ = [
     "growth",
     "largest_sample_time",
     "linear_loop",
+    "linear_loops",
     "rest_in_contact",
     "rest_in_free_motion",
     "sampled",

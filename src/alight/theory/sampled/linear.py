@@ -31,17 +31,19 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from alight.control import AdaptiveState
 from alight.errors import AlightError
 from alight.kernels.direct import Direct
-from alight.models import PlantState
+from alight.models import Plant, PlantState
 from alight.simulation.closed_loop import PLANT, SENSORS
 from alight.symbolic.build import build
 from alight.symbolic.ops import as_vector
-from alight.symbolic.parameters import rebind
+from alight.symbolic.parameters import lift, rebind, values_of
 from alight.symbolic.signals import Layout
 from alight.testbed import Encoder, SensorState, Testbed, Transducer
 from alight.theory.lyapunov import errors_at, ideal_measurement
 from alight.theory.sampled.rest import Rest
+from alight.theory.sampled.shape import Shape
 
 MOVING = PLANT.size - 1
 """States of the plant without the bristle."""
@@ -173,46 +175,70 @@ def ideal(testbed: Testbed, T: float | ca.SX) -> Testbed:
 
 
 def _plant_slopes(rest: Rest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    plant, s = rest.plant, rest.s
+    function = _plant_function(rest.plant, rest.pressing)
+    A, B, C = (np.asarray(v) for v in function(PLANT.pack(rest.s._asdict()), rest.tau))
+    return A[:MOVING, :MOVING], B[:MOVING], C[:, :MOVING]
+
+
+# Functions are kept: for other gains of the same law nothing has to be derived again.
+@functools.lru_cache(maxsize=16)
+def _plant_function(plant: Plant, pressing: float) -> ca.Function:
+    """Slopes of the plant's rates and of its readings."""
     x, tau = ca.SX.sym("x", PLANT.size), ca.SX.sym("tau", 2)
-    moving = plant.rates(PlantState(**PLANT.unpack(x)), tau, rest.pressing)
+    moving = plant.rates(PlantState(**PLANT.unpack(x)), tau, pressing)
     rates = PLANT.pack(moving._asdict())
     read = SENSORS.pack(
         ideal(Testbed(), 1.0).readings(PlantState(**PLANT.unpack(x)), 0.0)._asdict()
     )
     slopes = {"A": ca.jacobian(rates, x), "B": ca.jacobian(rates, tau), "C": ca.jacobian(read, x)}
-    function = build("slopes", {"x": x, "tau": tau}, slopes)
-    A, B, C = (np.asarray(v) for v in function(PLANT.pack(s._asdict()), rest.tau))
-    return A[:MOVING, :MOVING], B[:MOVING], C[:, :MOVING]
+    return build("slopes", {"x": x, "tau": tau}, slopes)
 
 
 def _controller(rest: Rest, testbed: Testbed) -> Direct:
     """Build the slope of the law's tick, seen through ideal sensors, as a function of ``T``."""
-    law, T = rest.law, ca.SX.sym("T")
-    layout = Layout(law.states)
+    slope = _law_function(Shape.of(rest.law), testbed)
+    memory = Layout(rest.law.states).pack(rest.a._asdict())
+    at = np.concatenate([PLANT.pack(rest.s._asdict())[:MOVING], np.zeros(READ), memory])
+    t = ca.MX.sym("T")
+    matrix = ca.densify(slope(at, t, values_of(rest.law)))
+    return Direct(ca.Function("at_rest", [t], [matrix]))
+
+
+@functools.lru_cache(maxsize=16)
+def _law_function(shape: Shape, testbed: Testbed) -> ca.Function:
+    """Slope of torque and next state, from the state, the sample time and the law's numbers."""
+    lifted, T = lift(shape.law), ca.SX.sym("T")
+    layout = Layout(shape.law.states)
     x, v = ca.SX.sym("x", MOVING), ca.SX.sym("v", READ)
     memory = ca.SX.sym("memory", layout.size)
     bed = ideal(testbed, T)
     now = bed.readings(PlantState(**PLANT.unpack(ca.vertcat(x, 0.0))), 0.0)
     before = SENSORS.pack(now._asdict()) - T * v
     measured = bed.measure(now, SensorState(**SENSORS.unpack(before)))
-    tick = law.tick(layout.unpack(memory), measured, T)
+    tick = lifted.obj.tick(layout.unpack(memory), measured, T)
     following = ca.vertcat(tick.tau, layout.pack(dict(tick.state)))
     state = ca.vertcat(x, v, memory)
-    slope = build("slope", {"state": state, "T": T}, {"slope": ca.jacobian(following, state)})
-    at = np.concatenate(
-        [PLANT.pack(rest.s._asdict())[:MOVING], np.zeros(READ), layout.pack(rest.a._asdict())]
-    )
-    t = ca.MX.sym("T")
-    return Direct(ca.Function("at_rest", [t], [ca.densify(slope(at, t))]))
+    inputs = {"state": state, "T": T, "p": lifted.symbols}
+    return build("slope", inputs, {"slope": ca.jacobian(following, state)})
 
 
 def _excited(rest: Rest) -> tuple[np.ndarray, np.ndarray]:
     """Directions of ``theta_r_hat`` in the range of ``Gamma_r Y_r^T``, and their coordinates."""
-    measured, e = ideal_measurement(rest.s), errors_at(rest.law, rest.s, rest.a)
+    Y_r = _regressor(Shape.of(rest.law))
+    at = [PLANT.pack(rest.s._asdict()), Layout(rest.law.states).pack(rest.a._asdict())]
     weight = np.sqrt(as_vector(rest.law.Gamma_r))[:, None]
-    S = weight * np.asarray(rest.law.Y_r(measured, e)).T
+    S = weight * np.asarray(Y_r(*at, values_of(rest.law))).T
     S = S[rest.excited]
     kept = np.zeros((len(weight), min(S.shape)))
     kept[rest.excited] = np.linalg.qr(S)[0]
     return weight * kept, (kept / weight).T
+
+
+@functools.lru_cache(maxsize=16)
+def _regressor(shape: Shape) -> ca.Function:
+    """``Y_r`` of plant and law state, and the law's numbers."""
+    lifted, layout = lift(shape.law), Layout(shape.law.states)
+    x, memory = ca.SX.sym("x", PLANT.size), ca.SX.sym("memory", layout.size)
+    s, a = PlantState(**PLANT.unpack(x)), AdaptiveState(**layout.unpack(memory))
+    Y_r = lifted.obj.Y_r(ideal_measurement(s), errors_at(lifted.obj, s, a))
+    return build("regressor", {"x": x, "memory": memory, "p": lifted.symbols}, {"Y_r": Y_r})

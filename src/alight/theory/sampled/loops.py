@@ -61,8 +61,22 @@ class SampledLoop:
 
 def sampled_loops(case: Case, scenario: Scenario) -> Iterator[SampledLoop]:
     """Contact and free motion, without losses and with them, without the delay and with it."""
+    bed = scenario.testbed
+    for phase, plant, linear in linear_loops(case, scenario):
+        for delay in (False, True):
+            which = (phase, plant, delay, delay == bed.delay)
+            if isinstance(linear, str):
+                yield SampledLoop(*which, None, None, linear)
+            else:
+                yield SampledLoop(*which, *_both(linear, 1 / bed.sample_rate, delay))
+
+
+def linear_loops(
+    case: Case, scenario: Scenario
+) -> Iterator[tuple[Phase, Losses, LinearLoop | str]]:
+    """Each phase of each plant, linearised at its rest; why there is none where it has no rest."""
     own = dataclasses.replace(scenario.plant, tip_friction=TipFriction())
-    elbow, bed = scenario.document.start.elbow, scenario.testbed
+    elbow = scenario.document.start.elbow
     plants: tuple[tuple[Losses, Plant], ...] = (("lossless", case.plant), ("with its losses", own))
     rests: tuple[tuple[Phase, Callable[..., Rest]], ...] = (
         ("contact", rest_in_contact),
@@ -71,15 +85,9 @@ def sampled_loops(case: Case, scenario: Scenario) -> Iterator[SampledLoop]:
     for phase, rest in rests:
         for name, plant in plants:
             try:
-                linear: LinearLoop | str = linear_loop(rest(plant, case.law, elbow), bed)
+                yield phase, name, linear_loop(rest(plant, case.law, elbow), scenario.testbed)
             except AlightError as error:
-                linear = str(error)
-            for delay in (False, True):
-                which = (phase, name, delay, delay == bed.delay)
-                if isinstance(linear, str):
-                    yield SampledLoop(*which, None, None, linear)
-                else:
-                    yield SampledLoop(*which, *_both(linear, 1 / bed.sample_rate, delay))
+                yield phase, name, str(error)
 
 
 def _both(linear: LinearLoop, T: float, delay: bool) -> tuple[AtRate, AtRate]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import casadi as ca
 import numpy as np
 
 from alight.control import AdaptiveContactLaw, AdaptiveState, Measurement
@@ -12,10 +14,14 @@ from alight.control.transition import Errors
 from alight.errors import AlightError
 from alight.models import LinearSpring, Plant, PlantState
 from alight.models.arm import Elbow
-from alight.symbolic.ops import Scalar
+from alight.symbolic.build import build
+from alight.symbolic.ops import Scalar, as_expression
+from alight.symbolic.parameters import lift, values_of
+from alight.symbolic.signals import Layout
 from alight.theory.lyapunov import ideal_measurement
 from alight.theory.proven.filter_domain import filter_room
 from alight.theory.proven.first_contact import resting_filter
+from alight.theory.sampled.shape import Shape
 
 Phase = Literal["contact", "free motion"]
 
@@ -40,7 +46,21 @@ class Rest:
     @property
     def tau(self) -> np.ndarray:
         """Joint torques of the law [N m], shape (2,)."""
-        return np.asarray(self.law.flow(self.a._asdict(), ideal_measurement(self.s)).tau)
+        memory = Layout(self.law.states).pack(self.a._asdict())
+        tau = _torque(Shape.of(self.law))(self.s.q, self.s.x_m, memory, values_of(self.law))
+        return np.asarray(tau).ravel()
+
+
+# Kept, as those of `alight.theory.sampled.linear` are.
+@functools.lru_cache(maxsize=16)
+def _torque(shape: Shape) -> ca.Function:
+    """Torque of a law at rest, from angles, position of the mass, the law's state and numbers."""
+    lifted, layout = lift(shape.law), Layout(shape.law.states)
+    q, x_m, memory = ca.SX.sym("q", 2), ca.SX.sym("x_m"), ca.SX.sym("memory", layout.size)
+    seen = ideal_measurement(PlantState(q, np.zeros(2), x_m, 0.0, 0.0))
+    tau = as_expression(lifted.obj.flow(layout.unpack(memory), seen).tau)
+    inputs = {"q": q, "x_m": x_m, "memory": memory, "p": lifted.symbols}
+    return build("torque", inputs, {"tau": tau})
 
 
 def rest_in_contact(plant: Plant, law: AdaptiveContactLaw, elbow: Elbow) -> Rest:
@@ -130,12 +150,16 @@ def rest_in_free_motion(plant: Plant, law: AdaptiveContactLaw, elbow: Elbow) -> 
 
 def parted(law: AdaptiveContactLaw) -> AdaptiveContactLaw:
     """The same law, to which tip and mass always seem a metre apart."""
+    made: Any = object.__new__(_parted_class(type(law)))
+    made.__dict__.update(law.__dict__)
+    return made
 
-    class Parted(type(law)):  # type: ignore[misc]
+
+@functools.cache
+def _parted_class(law: type[AdaptiveContactLaw]) -> type[AdaptiveContactLaw]:
+    class Parted(law):  # type: ignore[misc, valid-type]
         def errors(self, measured: Measurement, u_f: Scalar, theta_dk_hat: Scalar) -> Errors:
             seen: Errors = super().errors(measured, u_f, theta_dk_hat)
             return seen._replace(gap=-1.0)
 
-    made: Any = object.__new__(Parted)
-    made.__dict__.update(law.__dict__)
-    return made
+    return Parted
