@@ -17,8 +17,9 @@ from alight.kernels import BACKENDS
 from tests.cli.command import environment, invoke
 
 VERBS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
-SLOW = {"bench", "identify", "reproduce"}
-"""Their examples take minutes; they are run by the tests of what they call."""
+SLOW = {"bench", "identify", "live", "replay", "reproduce"}
+"""Their examples take minutes, or go on until they are stopped, or need a recording; they are run
+by the tests of what they call."""
 
 HEAVY = ("casadi", "numpy", "scipy", "pyarrow", "matplotlib", "mcap", "alight.scenarios")
 

@@ -15,6 +15,8 @@ from alight.cli.bench import bench
 from alight.cli.check import check
 from alight.cli.guard import add, example_text
 from alight.cli.identify import identify
+from alight.cli.live import live
+from alight.cli.replay import replay
 from alight.cli.reproduce import reproduce
 from alight.cli.run import run
 from alight.cli.scenarios import scenarios
@@ -32,8 +34,10 @@ add(app, reproduce, example="alight reproduce --out results")
 add(app, run, example="alight run experiment-1 --set duration=2 --set steady_state=1 --out strike")
 add(app, check, example="alight check experiment-1 --set law.gains.alpha1=25 --out certificate")
 add(app, scenarios, example="alight scenarios experiment-1")
+add(app, live, example="alight live experiment-1 --out recordings")
 add(app, bench, example="alight bench --only scipy --only batch")
 add(app, identify, example="alight identify --out identified --generations 400 --seed 2")
+add(app, replay, example="alight replay recordings/experiment-1-20260102-030405.mcap --check")
 
 
 def _print_version(wanted: bool) -> None:

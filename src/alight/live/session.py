@@ -22,6 +22,12 @@ from alight.scenarios.load import from_data, split_sources
 from alight.symbolic.signals import Layout, Signal
 
 MEMORY = Path("/dev/shm")
+PREFIX = "alight-"
+
+
+def place_of_sessions() -> Path:
+    """Folder in which those of sessions stand: in memory where the system has one for that."""
+    return MEMORY if os.access(MEMORY, os.W_OK) else Path(tempfile.gettempdir())
 
 
 @dataclass(frozen=True)
@@ -53,9 +59,8 @@ class Session:
 
     @classmethod
     def create(cls, settings: Settings) -> Session:
-        """Make the folder, in memory where the system has a file system for that."""
-        base = MEMORY if os.access(MEMORY, os.W_OK) else Path(tempfile.gettempdir())
-        made = cls(Path(tempfile.mkdtemp(prefix="alight-", dir=base)), settings)
+        """Make the folder, in `place_of_sessions`."""
+        made = cls(Path(tempfile.mkdtemp(prefix=PREFIX, dir=place_of_sessions())), settings)
         with whole_file(made.folder / "session.json") as file:
             file.write(json.dumps(dataclasses.asdict(settings)).encode())
         return made

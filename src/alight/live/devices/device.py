@@ -16,9 +16,11 @@ class DeviceLost(AlightError):
 
 
 class Device(Protocol):
-    """Motors and sensors. In a tick the host calls `read`, then `write`, and nothing else.
+    """Motors and sensors. In every tick the host calls `read`, then `write`, and nothing else.
 
-    Neither waits longer than a small part of a tick.
+    Neither waits longer than a small part of a tick. The host ticks always: before `enable` and
+    after `disable` it writes zeros, so that `row` is renewed and a bus stays awake. The other
+    calls stand between two ticks and may take their time; their time is no missed deadline.
     """
 
     @property

@@ -189,6 +189,18 @@ class CommandBox:
         reason = slot["reason"].decode(errors="replace")
         return Answer(Outcome(int(slot["outcome"])), int(slot["tick"]), reason)
 
+    def command(self, number: int) -> Command | None:
+        """A command as it was submitted; None if it is no longer kept."""
+        slot = self._slots[number % SLOTS].copy()
+        if (
+            slot["number"] != number
+            or slot["count"] > MOST_VALUES
+            or slot["kind"] not in list(Kind)
+        ):
+            return None
+        values = slot["values"][: slot["count"]]
+        return Command(number, Kind(slot["kind"]), int(slot["law"]), values)
+
     def kind_of(self, number: int) -> Kind | None:
         """What a command asked for; None if it is no longer kept."""
         slot = self._slots[number % SLOTS]

@@ -13,6 +13,9 @@ from alight.live.shared.block import create_block, open_block
 HEADER = 8
 """Doubles before the first row: width, capacity and the number of rows written; rest unused."""
 WORD = np.dtype(np.float64)
+UNSURE = 2
+"""The row after the newest may be under way, where the oldest stood; and of the newest the count
+may be seen later than the row that follows it, on processors that order the two as they like."""
 
 
 class TelemetryRing:
@@ -51,7 +54,8 @@ class TelemetryRing:
             If there is none, or it is not whole.
         """
         block = open_block(path, WORD)
-        if len(block) < HEADER or HEADER + block[0] * block[1] != len(block):
+        whole = len(block) >= HEADER and (block[:2] >= 1).all()
+        if not whole or HEADER + block[0] * block[1] != len(block):
             raise FileError(path, "is no telemetry ring")
         return cls(block)
 
@@ -89,13 +93,14 @@ class TelemetryRing:
             A copy, in order; empty if there is nothing new.
         """
         head = self.head
-        first = max(first, head - self._capacity + 1)
+        with self._barrier:
+            pass
+        first = max(first, head - self._capacity + UNSURE)
         last = head if most is None else min(head, first + most)
         if last <= first:
             return first, np.empty((0, self._width))
         rows = self._rows[np.arange(first, last) % self._capacity]
         with self._barrier:
             pass
-        # The row after the newest may be under way: it stands where the oldest stood.
-        lost = min(max(self.head - self._capacity + 1 - first, 0), len(rows))
+        lost = min(max(self.head - self._capacity + UNSURE - first, 0), len(rows))
         return first + lost, rows[lost:]
