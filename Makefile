@@ -10,6 +10,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 SITE   := docs/_build/html
 
+# Who may install Debian's packages.
+ROOT   := $(if $(filter-out 0,$(shell id -u)),sudo)
+
 # Wheels only: a machine without a C compiler must never meet a source build.
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --no-input
 LOCKED := --require-hashes --only-binary :all: --quiet --progress-bar off
@@ -19,7 +22,8 @@ LOCK   := $(UV) pip compile --quiet --universal --python-version 3.11 --fork-str
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce results bench test lint types imports docs tests slow format install lock clean
+.PHONY: help reproduce results bench soak test lint types imports docs tests slow browser \
+        format install lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -32,6 +36,9 @@ results: $(VENV)/runtime.stamp ## renew what the documentation shows
 
 bench: $(VENV)/bench.stamp ## Alight against its peers, in ratios measured here; renews the docs
 	$(BIN)/alight bench --out docs/results
+
+soak: $(VENV)/test.stamp browser ## ten minutes of the live bench under load; renews the docs
+	$(BIN)/python -m tests.live.soak --out docs/results/soak.md
 
 test: lint types imports docs tests slow ## everything that CI runs
 
@@ -49,11 +56,16 @@ docs: $(VENV)/test.stamp ## the site, warnings as errors, no network
 	$(BIN)/sphinx-build --fresh-env -W --keep-going -q docs $(SITE)
 	@echo "$(SITE)/index.html"
 
-tests: $(VENV)/test.stamp ## the test suite
+tests: $(VENV)/test.stamp browser ## the test suite
 	$(BIN)/pytest -n 2
 
-slow: $(VENV)/test.stamp ## the tests marked slow: a few minutes more
+slow: $(VENV)/test.stamp browser ## the tests marked slow: a quarter of an hour more
 	$(BIN)/pytest -n 2 -m slow
+
+browser: ## Chromium, which the tests of the live page drive; on Debian it is installed here
+	@command -v chromium >/dev/null || { $(ROOT) apt-get update -qq && \
+	    DEBIAN_FRONTEND=noninteractive $(ROOT) apt-get install -y -qq --no-install-recommends \
+	    $$(cat requirements/debian.txt) >/dev/null; }
 
 format: $(VENV)/test.stamp ## rewrite the code in the agreed format
 	$(BIN)/ruff check --fix .

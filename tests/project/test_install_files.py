@@ -51,8 +51,8 @@ def test_a_lock_names_no_address(lock):
 @pytest.mark.parametrize(
     ("lock", "extras"),
     [
-        ("runtime", ["identify"]),
-        ("test", ["identify", "docs", "test"]),
+        ("runtime", ["identify", "live", "drives"]),
+        ("test", ["identify", "live", "drives", "docs", "test"]),
         ("bench", ["bench"]),
     ],
 )
