@@ -17,7 +17,7 @@ from alight_benchmarks.peer import Problem
 from alight_benchmarks.peers import ALL
 from alight_benchmarks.peers.plain_c import REFERENCE
 
-SECTIONS = ("runs", "batch", "law", "threads", "lanes", "costs", "floor", "accuracy")
+SECTIONS = ("runs", "batch", "law", "threads", "lanes", "costs", "floor", "accuracy", "live")
 """What is measured of Alight itself; a module of this folder each."""
 TOOLS = tuple(dict.fromkeys(peer.package for peer in ALL if peer is not REFERENCE))
 """Packages that are compared with."""

@@ -19,7 +19,7 @@ Only = Annotated[
         "--only",
         metavar="NAME",
         help="A package to compare with (numpy, scipy, numba, jax, mujoco, drake, control, "
-        "jaxonomy), or a part: runs, batch, law, threads, lanes, costs, floor, accuracy. "
+        "jaxonomy), or a part: runs, batch, law, threads, lanes, costs, floor, accuracy, live. "
         "Repeatable.",
         default_factory=list,
         show_default=False,
