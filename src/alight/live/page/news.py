@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from alight.live.shared.commands import Kind
+from alight.live.shared.meaning import meaning_of
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,7 @@ class Line:
 
 def told(kind: Kind, text: str) -> tuple[str, str]:
     """Who asked for a command, and what for, from the JSON text that it was submitted with."""
-    try:
-        said = json.loads(text)
-    except ValueError:
-        said = {}
-    if not isinstance(said, dict):
-        said = {}
+    said = meaning_of(text)
     values = said.get("values")
     return str(said.get("by", "")), _words(kind, str(said.get("law", "")), values)
 

@@ -22,6 +22,9 @@ MOST_PAGES = 24
 """Pages that may be open, or about to be."""
 NICENESS = 5
 BACKLOG = 256
+RECONNECT = 15.0
+"""Time [s] for which a page that fell silent is kept: a browser on a loaded machine may not answer
+for seconds, and one that has to load the page anew loses its history."""
 
 
 def serve(
@@ -110,7 +113,7 @@ def make_app(title: str) -> FastAPI:
         favicon=FAVICON,
         dark=True,
         tailwind=False,
-        reconnect_timeout=5.0,
+        reconnect_timeout=RECONNECT,
         binding_refresh_interval=None,
         message_history_length=100,
         show_welcome_message=False,

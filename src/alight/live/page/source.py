@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from alight.live.session import Link
 from alight.live.shared.commands import Kind, Outcome
+from alight.live.shared.meaning import EVENT_OF, meaning_of
 from alight.live.shared.status import State
 from alight.scenarios import Scenario
 from alight.simulation.recording_events import Event, EventKind
@@ -106,27 +106,12 @@ class LiveSource:
         del self._events[:-MOST_EVENTS]
 
 
-_KINDS = {
-    Kind.START: EventKind.START,
-    Kind.STOP: EventKind.STOP,
-    Kind.RESET: EventKind.RESET,
-    Kind.KICK: EventKind.KICK,
-    Kind.PARAMETERS: EventKind.GAINS,
-    Kind.LAW: EventKind.LAW,
-}
-
-
 def _command_event(kind: Kind, text: str) -> dict[str, Any]:
     """What a command says of itself: the JSON text that its submitter gave it, as far as it is."""
-    try:
-        said = json.loads(text)
-    except ValueError:
-        said = {}
-    if not isinstance(said, dict):
-        said = {}
+    said = meaning_of(text)
     changes = said.get("values")
     return {
-        "kind": _KINDS[kind],
+        "kind": EVENT_OF[kind],
         "text": str(said.get("law", "")),
         "changes": changes if isinstance(changes, dict) else {},
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,16 +10,9 @@ from alight.live.bank import Bank, parameter_column
 from alight.live.record.place import InForce
 from alight.live.session import Link
 from alight.live.shared.commands import Kind, Outcome
+from alight.live.shared.meaning import EVENT_OF, meaning_of
 from alight.simulation.recording_events import Event, EventKind
 
-_KINDS = {
-    Kind.START: EventKind.START,
-    Kind.STOP: EventKind.STOP,
-    Kind.RESET: EventKind.RESET,
-    Kind.KICK: EventKind.KICK,
-    Kind.LAW: EventKind.LAW,
-    Kind.PARAMETERS: EventKind.GAINS,
-}
 TARGET = "law.target."
 
 
@@ -61,11 +53,11 @@ class Happenings:
                 text = f"command {number} was no longer to be read"
                 yield Event(row, t, EventKind.RECORDER, text, number)
                 continue
-            meaning = _meaning(self._link.commands.text_of(number))
+            meaning = meaning_of(self._link.commands.text_of(number))
             changes = meaning.get("values")
             changes = changes if isinstance(changes, dict) else {}
             answer = self._link.commands.answer(number)
-            kind = _KINDS[command.kind]
+            kind = EVENT_OF[command.kind]
             if kind is EventKind.GAINS and changes and all(p.startswith(TARGET) for p in changes):
                 kind = EventKind.TARGET
             text = self._text(command.kind, command.law, command.values.tolist(), changes)
@@ -86,7 +78,7 @@ class Happenings:
             return f"law {self._law(law)}" + (f" with {changed}" if changed else "")
         if kind is Kind.PARAMETERS:
             return changed or "parameters set"
-        return str(_KINDS[kind])
+        return str(EVENT_OF[kind])
 
     def _law(self, number: int) -> str:
         names = self._bank.names
@@ -94,14 +86,6 @@ class Happenings:
 
     def _applied(self, number: int) -> bool:
         return self._link.commands.answer(number).outcome is Outcome.APPLIED
-
-
-def _meaning(text: str) -> dict[str, Any]:
-    try:
-        found = json.loads(text)
-    except ValueError:
-        return {}
-    return found if isinstance(found, dict) else {}
 
 
 def _short(value: Any) -> str:
