@@ -39,6 +39,15 @@ Core = Annotated[
     int | None,
     typer.Option(min=0, metavar="N", help="Processor core of the host; the last one if absent."),
 ]
+Budget = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        metavar="N",
+        help="Deadlines that a run may miss within a second; more are a trip. Simulated drives on "
+        "a slow computer want more.",
+    ),
+]
 
 
 def live(
@@ -50,6 +59,7 @@ def live(
     token: Token = None,
     port: Port = 8080,
     core: Core = None,
+    budget: Budget = 200,
     seed: Seed = None,
 ) -> None:
     """Run a scenario on the live bench: a hard-timed loop, and a page to watch and steer it.
@@ -72,21 +82,34 @@ def live(
     told = session.Settings(
         scenario=chosen.description(),
         recordings=str(out.absolute()),
-        device=_device(drives),
+        device=_device(drives, chosen.testbed.sample_rate),
         seed=chosen.document.seed if seed is None else seed,
         host=host,
         port=supervisor.free_port(host, port),
         token=token,
         core=host_core(core),
+        budget=budget,
     )
     with output_folder(out):
         supervisor.supervise(told, lambda line: typer.echo(line, err=True))
 
 
-def _device(drives: Path | None) -> str | None:
-    if drives is not None and not drives.is_file():
+def _device(drives: Path | None, sample_rate: float) -> str | None:
+    """Path of the drives file; refuses here what the host could not use."""
+    if drives is None:
+        return None
+    if not drives.is_file():
         raise AlightError(f"{drives}: there is no such file; --drives needs a TOML file")
-    return None if drives is None else str(drives.absolute())
+    if importlib.util.find_spec("canopen") is None or importlib.util.find_spec("can") is None:
+        raise AlightError(
+            "--drives needs the packages canopen and python-can: pip install 'alight[drives]'"
+        )
+    from alight.live.devices.cia402.bus_load import check_loads
+    from alight.live.devices.cia402.config import load_drives
+
+    for line in check_loads(load_drives(drives), sample_rate, drives):
+        typer.echo(f"warning: {line}", err=True)
+    return str(drives.absolute())
 
 
 def _refuse_open(host: str, token: str | None) -> None:

@@ -168,7 +168,8 @@ def test_a_sweep_takes_what_no_process_uses_and_nothing_else(tmp_path):
 def test_a_host_that_never_begins_ends_the_bench_with_its_reason(tmp_path):
     before = set(MEMORY.glob("alight-*"))
     drives = tmp_path / "drives.toml"
-    drives.write_text("nonsense = true\n")
+    example = (Path(__file__).parents[3] / "examples" / "drives.toml").read_text()
+    drives.write_text(example.replace("socketcan", "no-such-interface"))
     options = ("--port", "0", "--out", str(tmp_path / "out"), "--drives", str(drives))
     command = argv("live", "experiment-1", *options)
     done = subprocess.run(
@@ -180,7 +181,8 @@ def test_a_host_that_never_begins_ends_the_bench_with_its_reason(tmp_path):
         check=False,
     )
     assert done.returncode == 2
-    assert "drives.toml" in done.stderr and "error: the host was never ready" in done.stderr
+    assert "no-such-interface can0 cannot be opened" in done.stderr
+    assert "error: the host was never ready" in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
     sessions = (path / "session.json" for path in set(MEMORY.glob("alight-*")) - before)
