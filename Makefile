@@ -37,8 +37,11 @@ results: $(VENV)/runtime.stamp ## renew what the documentation shows
 bench: $(VENV)/bench.stamp ## Alight against its peers, in ratios measured here; renews the docs
 	$(BIN)/alight bench --out docs/results
 
-soak: $(VENV)/test.stamp browser ## ten minutes of the live bench under load; renews the docs
+soak: $(VENV)/test.stamp browser ## the live bench under load for a quarter of an hour; renews the docs
 	$(BIN)/python -m tests.live.soak --out docs/results/soak.md
+	$(BIN)/alight bench --only live --out docs/results/live
+	$(BIN)/python -m tests.live.siege --out docs/results/siege.md
+	$(BIN)/python -m tests.live.journey docs/images/live.png
 
 test: lint types imports docs tests slow ## everything that CI runs
 

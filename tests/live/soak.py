@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import multiprocessing
 import os
 import tempfile
@@ -83,7 +84,7 @@ def soak(folder: Path, seconds: float) -> dict[str, Any]:
         ask(link, Kind.RESET)
         frames = page.evaluate("document.querySelector('alight-scopes').painter.frames")
         path = wait_for(lambda: _finished(bench))
-        recording = alight.Recording.load(path)
+    recording = alight.Recording.load(path)
     return {
         "seconds": seconds,
         "load": jobs,
@@ -114,11 +115,9 @@ def _while_it_runs(bench: Bench, link: Link, seconds: float) -> dict[str, Any]:
 
 
 def _finished(bench: Bench) -> Path | None:
-    """The recording, once it is complete."""
-    for path in bench.recordings.glob("*.mcap"):
-        if alight.Recording.load(path).verdict.outcome is alight.Outcome.STOPPED:
-            return path
-    return None
+    """The recording, once the recorder has let go of it."""
+    recorder = json.loads((bench.session.folder / "recorder.json").read_bytes())
+    return next(bench.recordings.glob("*.mcap")) if recorder["state"] == "idle" else None
 
 
 def _kept(recording: alight.Recording) -> dict[str, Any]:

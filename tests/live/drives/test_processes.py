@@ -129,6 +129,7 @@ def is_fault(number: int) -> Callable[[dict[str, Any]], bool]:
     return lambda said: said.get("node") == number and said["state"] == "Fault"
 
 
+@pytest.mark.slow
 def test_a_run_strikes_and_a_pulled_plug_ends_it(live: Bench, simulated: Simulated) -> None:
     link = live.link()
     answer = ask(link, Kind.START)
@@ -162,6 +163,7 @@ def test_a_run_strikes_and_a_pulled_plug_ends_it(live: Bench, simulated: Simulat
     )
 
 
+@pytest.mark.slow
 def test_drives_are_safe_by_their_watchdog_when_the_host_is_killed(
     live: Bench, simulated: Simulated
 ) -> None:
@@ -184,6 +186,7 @@ def test_drives_are_safe_by_their_watchdog_when_the_host_is_killed(
     assert answer.outcome is Outcome.APPLIED, answer.reason
 
 
+@pytest.mark.slow
 def test_a_bad_file_is_refused_by_the_simulated_bench(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("node = 300")
     command = [sys.executable, "-m", "alight.live.devices.cia402.simulated"]

@@ -52,6 +52,7 @@ def children(process: int) -> dict[str, tuple[int, str]]:
 
 
 @LINUX
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_in_mid_run_ends_all_in_order(tmp_path, stop):
     """Code 0, a whole recording, no process, no folder; the page was there in between."""
@@ -95,6 +96,7 @@ def test_ctrl_c_in_mid_run_ends_all_in_order(tmp_path, stop):
                 os.kill(number, signal.SIGKILL)
 
 
+@pytest.mark.slow
 def test_each_process_that_dies_leaves_the_others_as_they_were(tmp_path):
     """Recorder and page are replaced; the host is not, until it is asked for."""
     with supervised(tmp_path, OWN_ARM, [SLOW_RATE]) as bench:
@@ -119,6 +121,7 @@ def test_each_process_that_dies_leaves_the_others_as_they_were(tmp_path):
         assert not (bench.session.folder / "restart-host").exists()
 
 
+@pytest.mark.slow
 def test_the_supervisor_killed_the_others_go_on(tmp_path):
     with supervised(tmp_path, OWN_ARM, [SLOW_RATE]) as bench:
         link = bench.link()
@@ -165,6 +168,7 @@ def test_a_sweep_takes_what_no_process_uses_and_nothing_else(tmp_path):
 
 
 @LINUX
+@pytest.mark.slow
 def test_a_host_that_never_begins_ends_the_bench_with_its_reason(tmp_path):
     before = set(MEMORY.glob("alight-*"))
     drives = tmp_path / "drives.toml"

@@ -2,9 +2,7 @@
 
 import contextlib
 import json
-import os
 import socket
-import struct
 import threading
 
 import httpx
@@ -18,6 +16,7 @@ from websockets.sync.client import connect
 from alight.live.page.guard import is_loopback
 from alight.live.page.limited import MOST
 from tests.live.bench import bench, gather, lives, wait_for
+from tests.live.hostile import GARBAGE, attach, frame, raw_websocket
 
 TOKEN = "correct horse battery staple é"
 PATHS = (
@@ -144,21 +143,6 @@ def test_what_only_looks_like_loopback(host):
     assert not is_loopback(host)
 
 
-GARBAGE = (
-    b"\0" * 64,
-    b"GET / HTTP/1.1\r\nHost: " + b"a" * 100_000,
-    b"GET / HTTP/9.9\r\n\r\n",
-    b"POST /live/telemetry HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999\r\n\r\n",
-    b"GET /%ff%fe HTTP/1.1\r\nHost: localhost\r\n\r\n",
-    b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
-    os.urandom(4096),
-)
-
-
-def attach(made):
-    return socket.create_connection(("127.0.0.1", made.settings.port), timeout=20)
-
-
 def test_garbage_and_a_thousand_connections_leave_page_and_loop_alive(opened):
     link, pid = opened.link(), opened.pid("page")
     before = link.ring.head
@@ -166,7 +150,7 @@ def test_garbage_and_a_thousand_connections_leave_page_and_loop_alive(opened):
     try:
         for number in range(1000):
             with contextlib.suppress(OSError):
-                held.append(attach(opened))
+                held.append(attach(opened.settings.port))
                 if number % 3 == 0:
                     held[-1].sendall(GARBAGE[number % len(GARBAGE)])
         wait_for(lambda: answers(opened.url) == 200)
@@ -207,7 +191,7 @@ def test_one_who_asks_and_never_reads_holds_nobody_up(opened):
     columns = list(opened.link().layout.columns)
     with contextlib.ExitStack() as stack:
         for _ in range(8):
-            slow = stack.enter_context(raw_websocket(opened))
+            slow = stack.enter_context(raw_websocket(opened.settings.port))
             slow.sendall(frame(json.dumps({"columns": columns, "since": 0})))
             for _ in range(200):
                 slow.sendall(frame(json.dumps({"next": 0})))
@@ -218,30 +202,6 @@ def test_one_who_asks_and_never_reads_holds_nobody_up(opened):
                 assert good.recv(timeout=20)
         assert memory().rss - before < 200e6
     assert answers(opened.url) == 200
-
-
-@contextlib.contextmanager
-def raw_websocket(made):
-    made_socket = socket.socket()
-    made_socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    with made_socket as plain:
-        plain.settimeout(20)
-        plain.connect(("127.0.0.1", made.settings.port))
-        plain.sendall(
-            b"GET /live/telemetry HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
-            b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-        )
-        assert b" 101 " in plain.recv(200)
-        yield plain
-
-
-def frame(text):
-    """A text frame of RFC 6455 as a client sends it, masked with zeros."""
-    content = text.encode()
-    length = len(content)
-    size = bytes([0x80 | length]) if length < 126 else b"\xfe" + struct.pack(">H", length)
-    return b"\x81" + size + bytes(4) + content
 
 
 def test_an_open_address_without_a_token_is_not_served(tmp_path):
