@@ -77,6 +77,8 @@ def test_the_command_lines_in_the_scripts_work(monkeypatch):
     lines = sorted({" ".join("".join(pair).split()) for pair in found})
     assert len(lines) >= 3
     for line in lines:
+        if line.startswith("alight live "):
+            continue  # goes on until somebody ends it; tests/live/drives opens its file
         result = invoke(*line.split()[1:])
         assert (result.exit_code, result.stderr) == (0, ""), line
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
@@ -119,6 +119,9 @@ def _values(
         value, path = getattr(obj, field.name), f"{prefix}{field.name}"
         if is_parameters(value):
             yield from _values(scenario, value, f"{path}.")
+        elif isinstance(value, Mapping):
+            for key, part in value.items():
+                yield from _values(scenario, part, f"{path}.{key}.")
         else:
             yield _value(scenario, path, value, known.get(field.name))
 

@@ -14,6 +14,7 @@ from nicegui.element import Element
 
 from alight.errors import AlightError
 from alight.files import FileError
+from alight.live.cycle import LONGEST_KICK
 from alight.live.page.bench import Bench, InForce
 from alight.live.page.draft import Draft, taking_over
 from alight.live.page.fields import Bounds, Field, fields_of
@@ -30,8 +31,6 @@ TABS = {
     "Adaptation": ("law.Gamma_r",),
     "Target": ("law.target",),
 }
-LONGEST_KICK = 10.0
-"""Longest kick that the host takes [s]."""
 
 
 @dataclass
