@@ -122,8 +122,3 @@ def with_parameters(loop: ClosedLoop, column: np.ndarray) -> ClosedLoop:
     The inverse of `parameter_column`; refuses as `ColumnOf.changed` does.
     """
     return ColumnOf(loop).changed(column)
-
-
-def as_parameters(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters by path, as `Controller.update` takes them; of JSON's lists it makes tuples."""
-    return {path: tuple(v) if isinstance(v, list) else v for path, v in values.items()}

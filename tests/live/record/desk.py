@@ -137,3 +137,16 @@ class Desk:
         assert len(recording) == len(rows)
         assert recording.t.tobytes() == rows[:, 0].tobytes()
         assert recording.samples.tobytes() == np.ascontiguousarray(rows[:, 1:]).tobytes()
+
+
+def run(desk: Desk, count: int = 300) -> int:
+    """Some rows, a start, more rows; number of the first of the run."""
+    desk.tick(20)
+    first = len(desk.rows)
+    assert desk.ask(Kind.START) == ""
+    desk.tick(count)
+    return first
+
+
+def kinds(recording: Recording) -> list[str]:
+    return [str(event.kind) for event in recording.events]

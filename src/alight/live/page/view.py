@@ -32,7 +32,6 @@ class View:
     def __init__(self, bench: Bench, steering: Steering, preview: Preview, client: Any) -> None:
         self._bench, self._steering, self._preview = bench, steering, preview
         self._client = client
-        self._effects: tuple[Effect | None, Effect | None] = (None, None)
         self._wanted: ClosedLoop | None = None
         self._computing: asyncio.Task[None] | None = None
         self._shown_law: Any = None
