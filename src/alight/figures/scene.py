@@ -11,7 +11,6 @@ from matplotlib.patches import Rectangle
 from alight.figures.style import ACCENT
 from alight.scenarios.scenario import Scenario
 from alight.simulation.recording import Recording
-from alight.symbolic.parameters import rebind
 
 # Only the face of the body is to scale: what lies behind it is not part of the model. [m]
 PLATE, STANDOFF, DEPTH, SPRING = 0.006, 0.016, 0.055, 0.13
@@ -34,10 +33,8 @@ class Motion(NamedTuple):
 def motion_of(recording: Recording, scenario: Scenario) -> Motion:
     """Where arm and body are at each sample of a recording."""
     plant = scenario.plant
-    # The elbow is where the tip would be without a second link.
-    elbow = rebind(plant.arm, l2=0.0).x_r(recording["q"].T).T
     return Motion(
-        elbow=elbow,
+        elbow=plant.arm.elbow(recording["q"].T).T,
         tip=recording["x_r"],
         x_m=recording["x_m"],
         face=recording["x_m"] + plant.contact.penetration(recording["gap"]),

@@ -164,6 +164,10 @@ class TwoLinkArm(Arm):
             self.l1 * sin(q[0]) + self.l2 * sin(q[0] + q[1]),
         )
 
+    def elbow(self, q: Vector) -> Vector:
+        """Position of the elbow [m], shape (2,): where the tip would be without a second link."""
+        return rebind(self, l2=0.0).x_r(q)
+
     def M(self, q: Vector) -> Matrix:
         """Inertia matrix of (1) [kg m^2], 2 x 2."""
         coupling = self.p3 * cos(q[1])

@@ -16,8 +16,10 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from alight.live.page.drawn import DRAWN
 from alight.live.page.stream import LAG, LAYOUT_PATH, PATIENCE, SECONDS, SOCKET_PATH
 from alight.live.shared.commands import Kind
+from alight.symbolic.signals import Layout
 from tests.live.display.feed import RATE, Feed
 from tests.live.display.served import Server, serve
 
@@ -121,7 +123,7 @@ def test_a_reader_that_falls_ever_further_behind_is_brought_to_the_present(
 
 def test_the_layout_tells_names_units_geometry_and_limits(feed: Feed, server: Server) -> None:
     told = httpx.get(server.url + LAYOUT_PATH).json()
-    layout, scenario = feed.link.layout, feed.scenario
+    layout, scenario = Layout({**feed.link.layout.signals, **DRAWN}), feed.scenario
     assert [c["name"] for c in told["columns"]] == list(layout.columns)
     assert [c["unit"] for c in told["columns"]] == list(layout.units)
     assert told["dt"] == 1 / RATE

@@ -8,7 +8,6 @@ import numpy as np
 
 from alight.control.projection import Estimate
 from alight.live.page.source import Source
-from alight.models import TwoLinkArm
 from alight.scenarios import Scenario
 from alight.symbolic.ops import as_vector
 from alight.symbolic.signals import Layout
@@ -39,10 +38,9 @@ def _columns(layout: Layout) -> list[dict[str, str]]:
 def geometry_of(scenario: Scenario) -> dict[str, Any]:
     """What the plan view is drawn from [m]."""
     plant, target, start = scenario.plant, scenario.target, scenario.document.start
-    arm = plant.arm
-    links = {"l1": arm.l1, "l2": arm.l2} if isinstance(arm, TwoLinkArm) else {}
     return {
-        **links,
+        "l1": plant.arm.l1,
+        "l2": plant.arm.l2,
         "x_0": plant.body.x_0,
         "x_md": target.x_md,
         "x_rd2": target.x_rd2,

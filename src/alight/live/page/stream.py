@@ -21,6 +21,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from alight.live.page.describe import describe
+from alight.live.page.drawn import Drawn
 from alight.live.page.source import Source, plain_event
 
 STATIC = Path(__file__).parent / "static"
@@ -93,19 +94,21 @@ class Streams:
         self._most = most
         self._open = 0
         self._generation = 0
-        self._newest: Source | None = None
+        self._newest: Drawn | None = None
 
     @property
     def count(self) -> int:
         """Sockets that are open."""
         return self._open
 
-    def current(self) -> tuple[int, Source | None]:
+    def current(self) -> tuple[int, Drawn | None]:
         """The source there is now, and how many there have been."""
         source = self._source_of()
-        if source is not None and source is not self._newest:
-            self._newest, self._generation = source, self._generation + 1
-        return self._generation, source
+        if source is None:
+            return self._generation, None
+        if self._newest is None or source is not self._newest.source:
+            self._newest, self._generation = Drawn(source), self._generation + 1
+        return self._generation, self._newest
 
     async def layout(self, request: Request) -> Response:
         """What the columns mean, and everything else that the display needs once."""

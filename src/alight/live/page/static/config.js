@@ -29,7 +29,7 @@ export const SCOPES = [
 /** Columns that the plan view, the marks and the time axis read besides. */
 export const BESIDES = [
   "t", "state", "trip", "law", "command", "Lambda", "gap", "x_r1", "x_r2", "x_rd1", "x_rd2",
-  "x_m", "x_m_measured", "e_m", "q1", "q2", "q_measured1", "q_measured2", "F_m", "F_t", "F1", "F2",
+  "x_m", "x_m_measured", "e_m", "q1", "q2", "elbow1", "elbow2", "deflection", "F_m", "F_t", "F1", "F2",
   "probe_clearance", "kick1", "kick2", "missed", "torque1", "torque2",
 ];
 

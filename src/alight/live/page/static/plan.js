@@ -52,18 +52,12 @@ export class Plan extends HTMLElement {
   /** Where everything is at a row. */
   pose(row) {
     const { bench } = this, { geometry: g } = bench.layout;
-    const of = (...names) => names.reduce((v, name) => (v === v ? v : bench.value(name, row)), NaN);
-    const q1 = of("q1", "q_measured1"), q2 = of("q2", "q_measured2");
-    const elbow = [g.l1 * Math.cos(q1), g.l1 * Math.sin(q1)];
-    const tip = [elbow[0] + g.l2 * Math.cos(q1 + q2), elbow[1] + g.l2 * Math.sin(q1 + q2)];
-    if (!(g.l1 > 0)) [tip[0], tip[1]] = [of("x_r1"), of("x_r2")];
-    const x_m = of("x_m", "x_m_measured");
-    const gap = bench.history.has("gap") ? of("gap") : tip[0] - x_m;
-    const touch = bench.history.has("Lambda") ? of("Lambda") > 0 : gap >= 0;
-    const clearance = bench.history.has("probe_clearance") ? of("probe_clearance") : g.clearance - Math.max(gap, 0);
+    const of = (name) => bench.value(name, row);
+    const tip = [of("x_r1"), of("x_r2")], elbow = [of("elbow1"), of("elbow2")];
     return {
-      row, q1, q2, elbow, tip, x_m, gap, touch, clearance, most: g.clearance,
-      deflection: Math.max(gap, 0), x_rd: [of("x_rd1"), of("x_rd2")], F_m: of("F_m"), F_t: of("F_t"),
+      row, tip, elbow, q1: of("q1"), q2: of("q2"), x_m: of("x_m"), gap: of("gap"), touch: of("Lambda") > 0,
+      clearance: of("probe_clearance"), most: g.clearance, deflection: of("deflection"),
+      x_rd: [of("x_rd1"), of("x_rd2")], F_m: of("F_m"), F_t: of("F_t"),
       x_md: bench.target(row),
     };
   }
@@ -98,9 +92,9 @@ export class Plan extends HTMLElement {
   _frame(box) {
     const g = this.bench.layout.geometry;
     this.wall = g.x_0 + PLATE + STANDOFF + DEPTH + SPRING;
-    const out = 0.3 * (g.l1 ?? 0.3);
+    const out = 0.3 * g.l1;
     const low = [Math.min(-out, g.start[0] - 0.04), -0.05];
-    const high = [this.wall + 0.02, Math.max(g.x_rd2 + ABOVE + 0.06, g.start[1] + 0.05, (g.l1 ?? 0) + 0.05)];
+    const high = [this.wall + 0.02, Math.max(g.x_rd2 + ABOVE + 0.06, g.start[1] + 0.05, g.l1 + 0.05)];
     const inner = { x: box.x + LEFT, y: box.y + 6, w: box.w - LEFT - 6, h: box.h - BOTTOM - 6 };
     const k = Math.min(inner.w / (high[0] - low[0]), inner.h / (high[1] - low[1]));
     // What is left over goes to both sides.
