@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -14,7 +16,7 @@ from alight.live.cycle import DEADLINES
 from alight.live.session import Link
 from alight.live.shared.commands import Kind, Outcome
 from alight.live.shared.status import State
-from tests.cli.command import OWN_ARM
+from tests.cli.command import OWN_ARM, environment
 from tests.live.bench import (
     Bench,
     ask,
@@ -183,8 +185,9 @@ def test_asked_to_end_it_stops_first_and_ends_with_0(tmp_path):
         assert not last[columns(link, "torque")].any()
 
 
-def test_a_folder_without_session_is_an_error_in_words(tmp_path, capfd):
-    from alight.live.host.__main__ import FAILED, main
-
-    assert main(str(tmp_path)) == FAILED
-    assert "is no session" in capfd.readouterr().err
+def test_a_folder_without_session_is_an_error_in_words(tmp_path):
+    # In a process of its own: a host ignores Ctrl-C from then on, and so would all that follows.
+    command = [sys.executable, "-m", "alight.live.host", str(tmp_path)]
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "is no session" in done.stderr
